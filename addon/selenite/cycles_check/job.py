@@ -24,7 +24,7 @@ from ..scene_read.blender_process import BlenderProcess, ProcessFailed
 from ..scene_read.values import GridValues
 from . import compare
 
-WORKER = Path(__file__).with_name("worker.py")
+_MODULE = "selenite.cycles_check.worker"
 #: The other process met an error, or ended without a word.
 CheckFailed = ProcessFailed
 
@@ -50,7 +50,7 @@ class CheckJob(BlenderProcess):
         colours have there, by material. gains, alignments: of photos, by id, where a fit has found
         them. environment: the file of the world's image there, "" for the scene's own.
         """
-        super().__init__(WORKER, "selenite-check-")
+        super().__init__(_MODULE, "selenite-check-")
         try:
             (self.folder / "out").mkdir()
             self.ask({

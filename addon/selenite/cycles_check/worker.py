@@ -1,17 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The process that checks a fit in Cycles; see `job`, which starts it on a copy of the file.
-
-Run as a script, inside Blender (`blender -b --python worker.py -- FOLDER`) or with the module bpy
-(`python worker.py FOLDER`). FOLDER holds scene.blend and request.json; the results go there.
-"""
+"""What the process does that checks a fit in Cycles; see `job`, which starts it on a copy of the
+file."""
 
 from __future__ import annotations
 
-import json
-import os
-import sys
 import time
-import traceback
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -23,8 +16,10 @@ SEEDS = 4
 LARGEST_ERROR = 0.2
 
 
-def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
-    """Writes the pictures and the sheet into `folder` and returns the report."""
+def run(
+    folder: Path, request: dict[str, Any], note: Callable[[float, str], None]
+) -> dict[str, Any]:
+    """Writes the pictures and the sheet into `folder` and returns the report; note: of progress."""
     import bpy
 
     from selenite import parameters, write_back
@@ -91,8 +86,8 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     rows, pictures = {}, {}
     for index, capture in enumerate(captures):
 
-        def note(text: str, share: float, done: int = index, name: str = capture.id) -> None:
-            _write_progress(folder, (done + share) / len(captures), f"{text} of {name}")
+        def note_part(text: str, share: float, done: int = index, name: str = capture.id) -> None:
+            note((done + share) / len(captures), f"{text} of {name}")
 
         pixel_aspect = capture.pixel_aspect(cameras[capture.camera])
         rows[capture.id], pictures[capture.id] = _check(
@@ -106,7 +101,7 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
             alignments.get(capture.id, UNALIGNED),
             wanted.settings,
             samples,
-            note,
+            note_part,
         )
     sheet.write(folder / "out" / "cycles_check.png", pictures, LARGEST_ERROR)
     return {
@@ -219,40 +214,3 @@ def _check(
         "|Cycles - photo|": np.abs(against_photo).mean(axis=-1),
     }
     return row, tiles
-
-
-def _write_progress(folder: Path, fraction: float, text: str) -> None:
-    _write(folder / "progress.json", {"fraction": fraction, "text": text})
-
-
-def _write(path: Path, data: dict[str, Any]) -> None:
-    """Appears complete or not at all: the other process reads at any time."""
-    partial = path.with_suffix(".partial")
-    partial.write_text(json.dumps(data), encoding="utf-8")
-    partial.replace(path)
-
-
-def main(folder: Path) -> int:
-    """Leaves report.json, with the key "error" or "problems" if it went wrong."""
-    request = json.loads((folder / "request.json").read_text(encoding="utf-8"))
-    # What this Python lacks comes from the parent's: the add-on, and what it brings along.
-    sys.path.extend(item for item in request["python_path"] if item not in sys.path)
-    from selenite.problems import BadInput
-
-    try:
-        report, status = run(folder, request), 0
-    except BadInput as error:
-        report, status = {"problems": [item.as_json() for item in error.problems]}, 2
-    except Exception as error:
-        traceback.print_exc()
-        report, status = {"error": f"{type(error).__name__}: {error}"}, 1
-    _write(folder / "report.json", report)
-    return status
-
-
-if __name__ == "__main__":
-    words = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
-    status = main(Path(words[0]))
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(status)  # bpy can hang in its own destructors

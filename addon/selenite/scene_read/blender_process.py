@@ -29,8 +29,8 @@ DRAWN = "selenite_drawn"
 #: Where baked images are kept, in that of the results of a file; and the variable that says it to
 #: a process whose file is a copy.
 _BAKED, _BAKED_VARIABLE = "//selenite-fits/baked", "SELENITE_BAKED"
-#: Runs a module of the add-on: see process_worker.
-WORKER = Path(__file__).with_name("process_worker.py")
+#: Runs a module of the add-on.
+_WORKER = Path(__file__).with_name("process_worker.py")
 
 
 class ProcessFailed(Failed):
@@ -49,14 +49,14 @@ class ProcessProgress:
 class BlenderProcess:
     """Start, poll, result. `close` ends the process and removes its folder."""
 
-    def __init__(self, worker: Path, prefix: str) -> None:
+    def __init__(self, module: str, prefix: str) -> None:
         """Saves the copy as scene.blend in `folder`; the scene may change afterwards. Raises
-        BadInput."""
+        BadInput. module: what runs there, see process_worker; prefix: of the folder's name."""
         problems = _unsaved_pictures()
         if problems:
             raise BadInput(problems)
         self.folder = Path(tempfile.mkdtemp(prefix=prefix))
-        self._worker = worker
+        self._module = module
         self._process: subprocess.Popen[bytes] | None = None
         path = str(self.folder / "scene.blend")
         try:
@@ -72,6 +72,7 @@ class BlenderProcess:
         """Writes request.json for the worker."""
         asked = {
             **request,
+            "module": self._module,
             "scripts": _runs_scripts(),
             # for the checkout and the legacy add-on, which are not where Python looks
             "python_path": [*sys.path, str(Path(__file__).resolve().parents[2])],
@@ -82,7 +83,7 @@ class BlenderProcess:
         """Returns at once."""
         with (self.folder / "log.txt").open("wb") as log:
             self._process = subprocess.Popen(
-                [*_blender(self._worker), str(self.folder)],
+                [*_blender(_WORKER), str(self.folder)],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,

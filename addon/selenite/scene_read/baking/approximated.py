@@ -13,7 +13,7 @@ from typing import Any
 import bpy
 
 from ...problems import Problem
-from ..blender_process import WORKER, BlenderProcess, baked_folder
+from ..blender_process import BlenderProcess, baked_folder
 from ..options import ReadingOptions
 from ..reading.process_run import ProcessRun
 from ..values import SceneValues
@@ -67,11 +67,9 @@ class ComparisonRun(ProcessRun):
     def _begin(self) -> BlenderProcess | None:
         if self._known() or not self._asked.read.cameras:
             return None
-        process = BlenderProcess(WORKER, "selenite-compare-")
+        process = BlenderProcess(_MODULE, "selenite-compare-")
         asked = self._asked
-        process.ask(
-            {"module": _MODULE, "scene": asked.scene.name, "options": asked.options.as_json()}
-        )
+        process.ask({"scene": asked.scene.name, "options": asked.options.as_json()})
         return process
 
     def _said(self, error: Exception) -> Problem:

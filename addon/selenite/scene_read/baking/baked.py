@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from ...problems import Problem
-from ..blender_process import WORKER, BlenderProcess, baked_folder
+from ..blender_process import BlenderProcess, baked_folder
 from ..reading.process_run import ProcessRun
 from ..values import SceneValues
 from . import size as sizes
@@ -56,7 +56,7 @@ class BakeRun(ProcessRun):
         if not missing:
             return None
         self._folder.mkdir(parents=True, exist_ok=True)
-        process = BlenderProcess(WORKER, "selenite-bake-")
+        process = BlenderProcess(_MODULE, "selenite-bake-")
         process.ask(self._request(missing))
         return process
 
@@ -81,7 +81,6 @@ class BakeRun(ProcessRun):
 
     def _request(self, missing: list[WantedMaterial]) -> dict[str, Any]:
         return {
-            "module": _MODULE,
             "scene": self._asked.scene.name,
             "folder": str(self._folder),
             "materials": [
