@@ -61,12 +61,12 @@ def test_a_toon_shader_is_diffuse_of_its_colour(scene):
 
 
 def test_a_shader_is_rendered_without_what_is_not_modelled(scene):
-    material, node = surface("ShaderNodeBsdfAnisotropic")
-    node.distribution = "BECKMANN"
+    material, node = surface("ShaderNodeSubsurfaceScattering")
+    node.falloff = "BURLEY"
     made.sphere("Body", material)
     read = read_scene(scene)
     assert not read.problems
-    assert any("BECKMANN: it is rendered without that" in text for text in read.warnings)
+    assert any("Christensen-Burley: it is rendered without that" in text for text in read.warnings)
 
 
 def test_a_missing_image_is_magenta(scene):
@@ -87,7 +87,7 @@ def test_a_missing_image_is_magenta(scene):
 
 def test_what_nothing_stands_for_has_the_colour_of_the_viewport(scene):
     material = made.material("Body")
-    made.link(material, material.node_tree.nodes.new("ShaderNodeTangent").outputs[0])
+    made.link(material, material.node_tree.nodes.new("ShaderNodeLightFalloff").outputs[0])
     material.diffuse_color = (0.1, 0.2, 0.3, 1)
     made.sphere("Body", material)
     read = read_scene(scene)

@@ -329,7 +329,6 @@ def test_the_power_of_a_lamp_with_nodes_is_written_back(native, tmp_path):
     [
         ("ShaderNodeLightFalloff", "Linear", "Strength"),
         ("ShaderNodeTexNoise", "Color", "Color"),
-        ("ShaderNodeBlackbody", "Color", "Color"),
     ],
 )
 def test_what_varies_in_a_lamp_is_refused_by_name(kind, output, socket):

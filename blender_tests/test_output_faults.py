@@ -152,11 +152,13 @@ def test_on_a_full_disk_the_values_come_out(words, tmp_path):
 def test_a_saved_scene_and_a_check_that_fail_cost_no_values(words, tmp_path, capsys, monkeypatch):
     from selenite import write_back
     from selenite.problems import BadInput, Problem
+    from selenite.scene_read import blender_process
 
     def refuse(path):
         raise BadInput(Problem(f"File '{path}'", "cannot be written (disk full)", "give another"))
 
     monkeypatch.setattr(write_back, "save_copy", refuse)
+    monkeypatch.setattr(blender_process, "_blender", lambda worker: [str(tmp_path / "gone")])
     out, save = tmp_path / "fits", tmp_path / "fitted.blend"
     status, report, said = command(
         capsys, *words, f"--out={out}", f"--save={save}", "--check-in-cycles"
