@@ -15,6 +15,7 @@ from selenite import native
 from selenite.cycles_check import render as cycles_render
 from selenite.cycles_check.approximation import difference
 from selenite.scene_read import blender_process
+from selenite.scene_read.baking import dependence
 from selenite.scene_read.baking import size as sizes
 from selenite.scene_read.build import build
 from selenite.scene_read.reading import process_run
@@ -106,6 +107,20 @@ def test_a_baked_image_is_read_again_until_the_graph_changes(scene, monkeypatch)
     changed = read_scene(scene)
     assert len(started) == 1
     assert np.abs(changed.materials[0].shader.textures[0].pixels - textures[0]).max() > 0.1
+
+
+def test_the_key_of_an_image_changes_with_each_colour_of_a_ramp(scene):
+    material = made.material("Body")
+    node = pattern(material)
+    ramp = material.node_tree.nodes.new("ShaderNodeValToRGB")
+    material.node_tree.links.new(ramp.outputs["Color"], node.inputs["Scale"])
+    keys = [dependence.fingerprint(node, node.outputs[0], ())]
+    for stop in ramp.color_ramp.elements:
+        stop.color = (0.9, 0.2, 0.1, 1.0)
+        keys.append(dependence.fingerprint(node, node.outputs[0], ()))
+    ramp.label, ramp.color = "Odd", (1, 0, 0)  # of the editor
+    assert dependence.fingerprint(node, node.outputs[0], ()) == keys[-1]
+    assert len(set(keys)) == 3
 
 
 def test_a_normal_of_nodes_that_are_not_read_is_baked(scene, tmp_path):

@@ -16,11 +16,12 @@ from selenite import native
 from selenite.cli import main
 from selenite.cycles_check import render_settings
 from selenite.cycles_check.compare import Estimate, judge, misfit
-from selenite.cycles_check.job import CheckFailed, CheckJob
+from selenite.cycles_check.job import CheckJob
 from selenite.fit_run.request import RunRequest
 from selenite.fit_run.settings import FitSettings
 from selenite.problems import BadInput
 from selenite.scene_read import hosts
+from selenite.scene_read.blender_process import ProcessFailed
 from selenite.scene_read.capture_request import CaptureRequest
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
@@ -204,7 +205,7 @@ def test_problems_and_errors_of_the_other_process_arrive(tmp_path):
     job = CheckJob(bpy.context.scene, capture(tmp_path), {})
     (job.folder / "request.json").write_text("no json")
     job.start()
-    with pytest.raises(CheckFailed, match="ended with status"):
+    with pytest.raises(ProcessFailed, match="ended with status"):
         job.result()
     job.close()
 

@@ -12,11 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-import matplotlib as mpl
+import numpy as np
 
-mpl.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402 - after the backend is chosen
-import numpy as np  # noqa: E402
+import picture_row
 
 ROOT = Path(__file__).resolve().parents[1]
 for place in ("addon", "blender_tests"):
@@ -65,13 +63,7 @@ def main() -> None:
         "Selenite": shown(ours),
         f"difference, {TIMES:.0f} times": np.clip(TIMES * np.abs(cycles - ours), 0, 1),
     }
-    figure, axes = plt.subplots(1, len(pictures), figsize=(7.2, 2.6))
-    for panel, (title, pixels) in zip(axes, pictures.items(), strict=True):
-        panel.imshow(pixels, interpolation="nearest")
-        panel.set_title(title, fontsize=9, color="#333333")
-        panel.axis("off")
-    figure.tight_layout()
-    figure.savefig(ROOT / "docs" / "pictures" / "node_graphs.png", dpi=100)
+    picture_row.write(ROOT / "docs" / "pictures" / "node_graphs.png", pictures, (7.2, 2.6), 100)
     print(f"mean {(ours.mean() / cycles.mean() - 1) * 100:+.2f} %")  # noqa: T201
 
 

@@ -10,11 +10,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import matplotlib as mpl
+import numpy as np
 
-mpl.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402 - after the backend is chosen
-import numpy as np  # noqa: E402
+import picture_row
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "addon"))
@@ -40,13 +38,7 @@ def main(folder: Path) -> None:
         "render at the fitted values": shown(result / f"{PHOTO}_optimised.exr"),
         f"difference, {TIMES:.0f} times": np.clip(TIMES * np.abs(reference - optimised), 0, 1),
     }
-    figure, axes = plt.subplots(1, len(pictures), figsize=(10, 2.3))
-    for panel, (title, pixels) in zip(axes, pictures.items(), strict=True):
-        panel.imshow(pixels, interpolation="nearest")
-        panel.set_title(title, fontsize=9, color="#333333")
-        panel.axis("off")
-    figure.tight_layout()
-    figure.savefig(ROOT / "docs" / "pictures" / "reconstruction.png", dpi=110)
+    picture_row.write(ROOT / "docs" / "pictures" / "reconstruction.png", pictures, (10, 2.3), 110)
 
 
 if __name__ == "__main__":

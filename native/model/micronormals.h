@@ -67,9 +67,9 @@ Vec3<S> ggx_sample_visible(const Vec3<S>& wi, S width, S u1, S u2) {
   return ggx_sample_visible(wi, width, Vec2<S>{cos(phi), sin(phi)}, u2);
 }
 
-// The others. Those of different widths along x and y are described by the squared mean width, `width2`
-// = x width times y width, and by the `stretch`, y width over x width: they are isotropic ones in
-// stretched coordinates.
+// The others. Those of different widths along x and y are isotropic ones in stretched coordinates. They
+// have the squared mean width `width2`, x width times y width. Their `stretch` is y width over x
+// width.
 
 enum class Micronormals { kGgx, kBeckmann, kAshikhminShirley };
 

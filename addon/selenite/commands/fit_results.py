@@ -218,8 +218,9 @@ def _check(
     errors: list[str],
 ) -> None:
     """Renders the fitted values with Cycles; pictures and numbers go into the result folder."""
-    from ..cycles_check.job import CheckFailed, CheckJob, lines
+    from ..cycles_check.job import CheckJob, lines
     from ..cycles_check.render_settings import Remark
+    from ..scene_read.blender_process import ProcessFailed
 
     if folder is None:
         errors.append("The check in Cycles is left out, as its pictures have no folder")
@@ -242,7 +243,7 @@ def _check(
             sheet = job.keep(found, folder)
         finally:
             job.close()
-    except (BadInput, CheckFailed, OSError) as error:
+    except (BadInput, ProcessFailed, OSError) as error:
         errors.append(f"The check in Cycles failed: {error}")
         return
     report["cycles"] = found

@@ -20,13 +20,11 @@ from ..atomic_files import write_json
 from ..fit_run.captures.render import Alignment, Gain
 from ..fit_run.request import RunRequest
 from ..parameters import Values
-from ..scene_read.blender_process import BlenderProcess, ProcessFailed
+from ..scene_read.blender_process import BlenderProcess
 from ..scene_read.values import GridValues
 from . import compare
 
 _MODULE = "selenite.cycles_check.worker"
-#: The other process met an error, or ended without a word.
-CheckFailed = ProcessFailed
 
 
 class CheckJob(BlenderProcess):

@@ -29,6 +29,15 @@ def open_blend(path: str, *, scripts: bool = False) -> bpy.types.Scene:
     return scene
 
 
+def write_blend_copy(path: str, cure: str) -> None:
+    """Saves the open file under another name; it keeps its own. Raises BadInput, with that cure."""
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=path, copy=True, check_existing=False)
+    except RuntimeError as error:
+        cause = f"cannot be written ({str(error).removeprefix('Error: ').strip()})"
+        raise BadInput(Problem(f"File '{path}'", cause, cure)) from error
+
+
 def warnings_of_file() -> list[str]:
     """What is to be known of the open file as a whole."""
     saved = tuple(bpy.data.version)

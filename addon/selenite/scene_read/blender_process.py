@@ -22,6 +22,7 @@ import bpy
 
 from ..paths import user_folder, why_not_folder
 from ..problems import BadInput, Failed, Problem
+from .blend_file import write_blend_copy
 from .reading.without_words import without_words
 
 #: Key of images that the panel draws for itself: no picture of the scene, and always unsaved.
@@ -58,15 +59,14 @@ class BlenderProcess:
         self.folder = Path(tempfile.mkdtemp(prefix=prefix))
         self._module = module
         self._process: subprocess.Popen[bytes] | None = None
-        path = str(self.folder / "scene.blend")
         try:
             with without_words():
-                bpy.ops.wm.save_as_mainfile(filepath=path, copy=True, check_existing=False)
-        except RuntimeError as error:
+                write_blend_copy(
+                    str(self.folder / "scene.blend"), "make room on the disk of temporary files"
+                )
+        except BadInput:
             self.close()
-            cause = f"cannot be written ({str(error).removeprefix('Error: ').strip()})"
-            cure = "make room on the disk of temporary files"
-            raise BadInput(Problem(f"File '{path}'", cause, cure)) from error
+            raise
 
     def ask(self, request: Mapping[str, Any]) -> None:
         """Writes request.json for the worker."""

@@ -16,6 +16,7 @@ from ..parameters import Parameter, Values
 from ..paths import is_there
 from ..problems import BadInput, Problem
 from ..scene_read import view_layers
+from ..scene_read.blend_file import write_blend_copy
 from ..scene_read.lamps import lights
 from ..scene_read.shading import materials, volumes, world
 from ..scene_read.shading.nodes import Source
@@ -86,14 +87,8 @@ def constants_of(owner: Owner) -> dict[str, Parameter]:
 def save_copy(path: str) -> str:
     """Saves the open file under another name; the open file keeps its own. Returns the new name of
     a file that was there, or "". Raises BadInput."""
-    try:
-        with replaced_file_kept(path) as kept:
-            bpy.ops.wm.save_as_mainfile(filepath=path, copy=True, check_existing=False)
-    except RuntimeError as error:
-        cause = str(error).removeprefix("Error: ").strip()
-        raise BadInput(
-            Problem(f"File '{path}'", f"cannot be written ({cause})", "give another")
-        ) from error
+    with replaced_file_kept(path) as kept:
+        write_blend_copy(path, "give another")
     return kept
 
 

@@ -23,7 +23,7 @@ struct AlternativeMinimaOptions {
   /// Widths of its interval, and share of its range, by which a value of an alternative is off at least:
   /// what is nearer is the same basin at another resolution.
   double widths = 2, share_of_range = kNarrowShare;
-  int most_refined = 2;  ///< alternatives, beside the answer
+  int most_refined = 2;  ///< alternatives, without the answer and simpler ones
 };
 inline constexpr AlternativeMinimaOptions kAlternativeMinima;
 
@@ -53,7 +53,8 @@ class MinimaComparison {
   };
   /// The nearest to the photos first.
   std::vector<Survivor> survivors() const;
-  /// Those of them in other basins that are better, or that make values ambiguous which `report` has as determined.
+  /// Those of them in other basins that are better, or that make values ambiguous which `report` has as
+  /// determined.
   std::vector<Survivor> pending(const TrustReport& report) const;
 
   void members(SavedState& state);

@@ -30,9 +30,9 @@ constexpr double kLeastGain = 3;
 constexpr double kLeastRatio = 1e-3;  // noise of the estimate can make an excess negative
 constexpr std::uint64_t kSeed = 0x61696d;
 
-/// Time of a vertex of a path that is traced alone, and of a place on a surface that is looked at on the
-/// way to a lamp, in units of a vertex traced in lanes. Measured: docs/measurements/extremes.md, "A small
-/// lamp over a medium".
+/// Times in units of a vertex traced in lanes: of a vertex of a path that is traced alone, and of a place
+/// on a surface that is looked at on the way to a lamp.
+/// Measured: docs/measurements/extremes.md, "A small lamp over a medium".
 constexpr double kVertexAlone = 1.4, kExit = 2.0;
 
 /// Mean place of an instance's surface; specks beside it do not move that.

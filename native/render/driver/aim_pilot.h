@@ -20,8 +20,8 @@ struct AimVerdict {
 bool has_undecided_aims(const Scene& scene);
 
 /// The scene with that decided for all of its lamps. A pilot renders a few pixels of the bodies with aims,
-/// which also says what the variance would be without (AimExcess), and compares variance times cost, of
-/// the picture and of the derivatives of `layout`.
+/// which also says what the variance would be without (AimExcess). It compares variance times cost, of the
+/// picture and of the derivatives of `layout`.
 /// Costs are counts of the work times measured constants, so the decision is the same on any machine.
 /// The pilot has the shape, depth and threads of the picture `like`. `verdicts`: of earlier pilots, which
 /// are taken over and added to; null: none. Throws Cancelled.

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import bpy
 
-from ...cycles_check.job import CheckFailed, CheckJob, lines
+from ...cycles_check.job import CheckJob, lines
 from ...cycles_check.render_settings import contents_of, set_for_fit
 from ...fit_run.answer.results import new_folder, write_results
 from ...fit_run.captures.render import alignments_of, gains_of
 from ...fit_run.request import RunRequest
 from ...problems import BadInput, Problem
+from ...scene_read.blender_process import ProcessFailed
 from ...scene_read.options import options_of
 from ...scene_read.photos import captures_of
 from ...write_back import grids as grid_objects
@@ -105,7 +106,7 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
         try:
             report = job.result()
             CHECK.sheet = job.keep(report, _folder())
-        except (BadInput, CheckFailed, OSError) as error:
+        except (BadInput, ProcessFailed, OSError) as error:
             CHECK.message = "The check failed"
             _report(self, error)
             return {"CANCELLED"}

@@ -6,12 +6,12 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import bpy
-import numpy as np
 
 from ..shading import nodes
+from ..shading.node_settings import settings_of
 from ..shading.nodes import Groups
 
 Node = bpy.types.Node
@@ -48,14 +48,6 @@ _OF_INSTANCE = {
     "ShaderNodeTangent",
     "ShaderNodeVectorTransform",
 }
-#: What says nothing about the value of a node.
-_LAYOUT = {
-    *("rna_type", "name", "label", "location", "location_absolute", "width", "width_hidden"),
-    *("height", "dimensions", "color", "color_tag", "use_custom_color", "select", "show_options"),
-    *("show_preview", "show_texture", "hide", "parent", "inputs", "outputs", "internal_links"),
-    *("warning_propagation", "bl_icon", "is_active_output", "color_mapping", "node_tree"),
-}  # fmt: skip
-_DEEPEST = 4
 
 
 def upstream(node: Node, output: Socket, groups: Groups) -> Iterator[tuple[Node, Socket, Groups]]:
@@ -134,7 +126,7 @@ def fingerprint(node: Node, output: Socket, groups: Groups) -> str:
 
     for item, end, within in upstream(node, output, groups):
         found.update(f"{number(item, within)} {item.bl_idname} {end.identifier}\n".encode())
-        found.update(repr(list(_settings(item, 0))).encode())
+        found.update(repr(settings_of(item)).encode())
         for socket in item.inputs:
             source = nodes.source_of(socket, within)
             value: Any = nodes.constant(source)
@@ -142,42 +134,3 @@ def fingerprint(node: Node, output: Socket, groups: Groups) -> str:
                 value = (number(source.node, source.groups), source.socket.identifier)
             found.update(f"{socket.identifier} {value} {source.kinds}\n".encode())
     return found.hexdigest()
-
-
-def _settings(block: bpy.types.bpy_struct, depth: int) -> Iterator[tuple[str, str]]:
-    """Names and values of the properties of a node, of its ramp, curves or image."""
-    if depth > _DEEPEST:
-        return
-    for row in block.bl_rna.properties:
-        name = row.identifier
-        if name in _LAYOUT or name.startswith("bl_"):
-            continue
-        value = getattr(block, name, None)
-        if isinstance(value, bpy.types.Image):
-            yield name, _image(value)
-        elif isinstance(value, bpy.types.Object):
-            yield name, f"{value.name_full} {np.array(value.matrix_world).tolist()}"
-        elif isinstance(value, bpy.types.ID):
-            yield name, value.name_full
-        elif row.type == "POINTER" and value is not None:
-            yield name, repr(list(_settings(value, depth + 1)))
-        elif row.type == "COLLECTION":
-            yield name, repr([list(_settings(item, depth + 1)) for item in value])
-        else:
-            yield name, repr(value[:] if hasattr(value, "__getitem__") else value)
-
-
-def _image(image: bpy.types.Image) -> str:
-    path = bpy.path.abspath(image.filepath, library=image.library)
-    facts: tuple[Any, ...] = (image.source, image.colorspace_settings.name, image.alpha_mode)
-    if image.packed_file:
-        facts += (hashlib.sha256(image.packed_file.data).hexdigest(),)
-    elif Path(path).is_file():
-        found = Path(path).stat()
-        facts += (path, found.st_mtime_ns, found.st_size)
-    else:
-        stored = cast(Any, image.pixels)  # the stubs say one float
-        pixels = np.empty(len(stored), np.float32)
-        stored.foreach_get(pixels)
-        facts += (image.name_full, tuple(image.size), hashlib.sha256(pixels.tobytes()).hexdigest())
-    return repr(facts)

@@ -297,7 +297,8 @@ def _prepared(
             stack.enter_context(_set(item, {"use": item.name == layer}))
         stack.enter_context(_set(render, wanted))
         if render.is_movie_format:
-            stack.enter_context(_as_a_picture(render.image_settings))
+            # No video. Each of the properties limits those after it.
+            stack.enter_context(_set(render.image_settings, _A_PICTURE, forwards=True))
         yield prepared
 
 
@@ -319,29 +320,22 @@ def remove_new_pictures(known: set[bpy.types.Image]) -> None:
 
 
 @contextmanager
-def _set(block: Any, values: dict[str, Any]) -> Iterator[None]:  # noqa: ANN401 - any bpy struct
-    """Properties have these values inside; the engine is set last and put back first."""
+def _set(
+    block: Any,  # noqa: ANN401 - any bpy struct
+    values: dict[str, Any],
+    *,
+    forwards: bool = False,
+) -> Iterator[None]:
+    """Properties have these values inside, set in this order and put back in the opposite one; or
+    forwards, too."""
     before = {name: getattr(block, name) for name in values if hasattr(block, name)}
     try:
         for name in before:
             setattr(block, name, values[name])
         yield
     finally:
-        for name in reversed(before):
+        for name in before if forwards else reversed(before):
             setattr(block, name, before[name])
-
-
-@contextmanager
-def _as_a_picture(output: bpy.types.ImageFormatSettings) -> Iterator[None]:
-    """The output is no video inside. Each of its properties limits those after it."""
-    before = {name: getattr(output, name) for name in _A_PICTURE if hasattr(output, name)}
-    try:
-        for name in before:
-            setattr(output, name, _A_PICTURE[name])
-        yield
-    finally:
-        for name, value in before.items():
-            setattr(output, name, value)
 
 
 @contextmanager
