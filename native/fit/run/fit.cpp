@@ -18,6 +18,21 @@ Fit::Fit(std::shared_ptr<FitProblem> problem)
     enter(std::make_unique<Descent>(run_));
 }
 
+std::vector<PlannedRenders> Fit::plan(const FitProblem& problem, const Strategy& strategy) {
+  RenderPlan plan(problem, strategy);
+  if (strategy.multi_start) MultiStartPhase::plan(plan);
+  Descent::plan(plan);
+  if (!strategy.refines) return plan.renders();
+  if (strategy.joint) {
+    FieldRefinementPhase::plan(plan);
+    if (strategy.profiles_roughness()) RoughnessProfile::plan(plan);
+    return plan.renders();
+  }
+  RefinementPhase::plan(plan);
+  ComparisonPhase::plan(plan);
+  return plan.renders();
+}
+
 bool Fit::step(Progress* progress) {
   if (run_.result.stopped != StopReason::kNone) return false;
   begun_ = true;
