@@ -44,6 +44,7 @@ class FitPlan:
     stages: tuple[Stage, ...] = ()
     transmits: bool = False  # a fitted material refracts, or may
     opaque: bool = False  # no light passes through any fitted material
+    held_out: tuple[Capture, ...] = ()  # photos that the fit does not see
 
 
 def prepare(
@@ -73,10 +74,19 @@ def prepare(
     names = [*(item.name for item in unknowns), *(item.name for item in fields)]
     settings = stage_plan.settings_of(wanted, names, request.settings, problems)
 
-    def photos(height: int, warn: list[str]) -> list[Capture]:
+    cameras = [camera.name for camera in values.cameras]
+    request = replace(request, captures=with_ids(request.captures, cameras))
+    seen = [item for item in request.captures if not item.hold_out]
+    if request.captures and not seen and captures_at is None:
+        cause, cure = "every photo is held out", "let it see one at least"
+        problems.append(Problem("Fit", cause, cure))
+
+    def photos(
+        height: int, warn: list[str], asked: Sequence[CaptureRequest] = seen
+    ) -> list[Capture]:
         if captures_at is not None:
             return captures_at(height)
-        good = [item for item in request.captures if not _not_files(item)]
+        good = [item for item in asked if not _not_files(item)]
         sizes = [size for camera in values.cameras for size in (camera.width, camera.height)]
         if (request.captures and not good) or min(sizes, default=1) < 1:
             return []  # it has been told why
@@ -89,6 +99,8 @@ def prepare(
         problems += _not_files(item)
 
     captures = photos(request.settings.height, warnings)
+    unseen = [item for item in request.captures if item.hold_out and captures_at is None]
+    held_out = photos(request.settings.height, [], unseen) if unseen and seen else []
     warnings += light_states.remarks(values, request.captures)
     if problems:
         raise BadInput(problems)
@@ -116,7 +128,6 @@ def prepare(
         request=replace(
             request,
             unknowns=(*(_filled(item) for item in unknowns), *(item.request for item in fields)),
-            captures=with_ids(request.captures, (camera.name for camera in values.cameras)),
             stages=tuple(wanted),
         ),
         scene=scene.with_values(starts),
@@ -129,6 +140,7 @@ def prepare(
         stages=tuple(stages),
         transmits=_transmits(values, requests),
         opaque=not (_transmits(values, requests) or _has_medium(values, requests)),
+        held_out=tuple(held_out),
     )
 
 

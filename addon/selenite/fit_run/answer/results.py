@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 import platform
@@ -22,14 +21,16 @@ from ...parameters import Values
 from ...paths import file_stems
 from .. import trust
 from ..captures.prepared import Capture
-from ..captures.render import alignment_of, as_found, render_capture
+from ..captures.render import UNALIGNED, alignment_of, as_found, render_capture
 from ..fields import EnvironmentUnknown, FieldUnknown, environment, images
 from ..gauge import gauges
 from ..job import fitted_values, scene_at
 from ..pictures import comparison, plots, sheet
 from ..plan import FitPlan, paths_traced
 from ..unknowns import Unknown
+from . import held_out
 from .fitted_scene import RESULT
+from .history_file import write_history
 
 SCHEMA = 1
 #: Pictures of a result folder beside those of each photo.
@@ -96,6 +97,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "model": plan.model,
         "pictures": file_stems(item.id for item in plan.captures),
         "captures": {item.id: _capture_entry(item, result) for item in plan.captures},
+        "held_out": held_out.report(result["held_out"]) if result.get("held_out") else None,
         "warnings": [*plan.warnings, *result.get("notes", ())],
     } | of_stages
 
@@ -136,7 +138,22 @@ def finished(
 ) -> dict[str, Any]:
     """The result with those texels of its images that no photo sees kept or filled, those of the
     world's continued from the others, and with the keys `coverage` (see `fields.images`) and
-    `fitted_means`, of all texels before that. Renders where there are images."""
+    `fitted_means`, of all texels before that. Renders where there are images. `held_out`: the
+    photos that the fit has not seen beside their renders, unless it was stopped."""
+    result = _with_images(plan, result, progress)
+    if not plan.held_out or result.get("stopped_because") == "cancelled":
+        return result
+    settings = plan.request.settings
+    unseen = [(item, UNALIGNED) for item in plan.held_out]
+    rows = held_out.compare_all(
+        scene_at(plan, result), unseen, settings, settings.picture_spp, progress
+    )
+    return result | {"held_out": rows}
+
+
+def _with_images(
+    plan: FitPlan, result: dict[str, Any], progress: Callable[[str, float], None]
+) -> dict[str, Any]:
     if not any(item.kind.is_image or item.kind.is_environment for item in plan.fields):
         return result
     means = {item.name: item.mean(result["fields_best"][item.name]) for item in plan.fields}
@@ -181,7 +198,7 @@ def write_results(
         write_json(partial / RESULT, report)
         write_json(partial / "run.json", plan.request.as_json())
         numbers = {item.name for item in plan.fields if item.values.shape[-1] == 1}
-        _write_history(partial / "history.csv", result["history"], numbers)
+        write_history(partial / "history.csv", result["history"], numbers)
         for field in plan.fields:
             coverage = result.get("coverage", {}).get(field.name)
             field.write(partial, result["fields_best"][field.name], coverage)
@@ -220,7 +237,8 @@ def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
     free = all(item.free_gain != "none" for item in plan.captures)
     light = next((item.name for item in plan.fields if item.kind.is_environment and free), "")
     lines += [line for item in plan.captures if (line := _photo_text(item, result, light))]
-    return lines + trust.sentences(plan, result)
+    lines += trust.sentences(plan, result)
+    return lines + (held_out.sentences(result["held_out"]) if result.get("held_out") else [])
 
 
 def _photo_text(capture: Capture, result: dict[str, Any], light: str = "") -> str:
@@ -299,38 +317,8 @@ def _write_pictures(
             native.image().write_png(str(folder / f"{stem}_{name}.png"), seen)
         rows[capture.id] = sheet.small(capture.reference, capture.weight, initial, final)
     sheet.of_fit(rows, comparison.ERROR_SCALE).write(folder / SHEET)
-
-
-def _write_history(path: Path, history: dict[str, Any], numbers: set[str]) -> None:
-    """One row per iteration; a value that was not measured is left empty. `numbers`: the fields
-    that hold no colours."""
-    columns: list[tuple[str, np.ndarray]] = [
-        (name, np.asarray(history[name]))
-        for name in ("stage", "iteration", "loss", "validation")
-        if name in history
-    ]
-    bias = np.asarray(history["mean_bias"])
-    columns += [(f"mean_bias_{c}", bias[:, i]) for i, c in enumerate("rgb")]
-    for name, values in history["values"].items():
-        values = np.asarray(values)
-        names = [name] if values.shape[1] == 1 else [f"{name}.{c}" for c in "rgb"]
-        columns += [(label, values[:, i]) for i, label in enumerate(names)]
-    for name, column in history["field_means"].items():
-        if name in numbers:
-            columns.append((f"{name} mean", column[:, 0]))
-        else:
-            columns += [(f"{name} mean.{c}", column[:, i]) for i, c in enumerate("rgb")]
-    with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
-        writer = csv.writer(file)
-        writer.writerow([name for name, _ in columns])
-        for row in range(len(bias)):
-            writer.writerow([_cell(values[row]) for _, values in columns])
-
-
-def _cell(value: Any) -> str:  # noqa: ANN401 - numpy scalars
-    if isinstance(value, np.integer):
-        return str(int(value))
-    return "" if math.isnan(value) else repr(float(value))
+    if result.get("held_out"):
+        held_out.write_sheet(result["held_out"], folder / held_out.SHEET)
 
 
 def _log(plan: FitPlan, report: dict[str, Any], result: dict[str, Any]) -> str:
