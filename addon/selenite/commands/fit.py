@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..fit_run.answer.results import new_folder, size_of
+from ..fit_run.captures.prepared import without_photo
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.inputs import changes, inputs_of
 from ..fit_run.job import DESCENT, FitFailed, FitJob
@@ -67,6 +68,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             say(f"warning: {grids[0]}: the check in Cycles is left out: {missing}")
     for text in plan.warnings:
         say(f"warning: {text}")
+    if unused := without_photo(values, plan.request.captures):
+        say(unused)
     say(f"model {plan.model}")
     if plan.request.staging:
         say(f"stages: {plan.request.staging}")

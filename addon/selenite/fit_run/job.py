@@ -186,7 +186,7 @@ class FitJob:
             result["history"], limits, views, from_start=self._from_start,
             sure=trust.sure(result), running=self._fit.state()["running"],
             transmits=self.plan.transmits, explained=trust.explained(result),
-            opaque=self.plan.opaque,
+            opaque=self.plan.opaque, azimuths=self.plan.azimuths,
         )  # fmt: skip
 
     def request_state(self) -> None:

@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
+
+import numpy as np
 
 from .. import native
 from ..paths import MISSING, why_not_file
@@ -45,6 +47,8 @@ class FitPlan:
     transmits: bool = False  # a fitted material refracts, or may
     opaque: bool = False  # no light passes through any fitted material
     held_out: tuple[Capture, ...] = ()  # photos that the fit does not see
+    #: By photo the angle of its camera about the vertical axis; empty where their lights differ.
+    azimuths: Mapping[str, float] = field(default_factory=dict)
 
 
 def prepare(
@@ -141,7 +145,19 @@ def prepare(
         transmits=_transmits(values, requests),
         opaque=not (_transmits(values, requests) or _has_medium(values, requests)),
         held_out=tuple(held_out),
+        azimuths=_azimuths(values, captures),
     )
+
+
+def _azimuths(values: SceneValues, captures: Sequence[Capture]) -> dict[str, float]:
+    if len({light_states.key_of(item.lights) for item in captures}) > 1:
+        return {}
+    ahead = {camera.name: -np.asarray(camera.matrix, float)[:3, 2] for camera in values.cameras}
+    return {
+        item.id: float(np.arctan2(*ahead[item.camera][1::-1]))
+        for item in captures
+        if item.camera in ahead
+    }
 
 
 def _transmits(values: SceneValues, requests: Sequence[UnknownRequest]) -> bool:

@@ -40,13 +40,13 @@ class SquaredError:
         )
 
     def as_json(self) -> dict[str, float | None]:
-        """`error`: relative RMSE; None where noise of the renders hides it. `at_most`: its upper
-        limit, of 95 %."""
+        """`relative_error`: root mean square over that of the photos; None where noise of the
+        renders hides it. `at_most`: its upper limit, of 95 %."""
         light = max(self.light, 1e-30)
         square, deviation = self.difference / light, math.sqrt(self.variance) / light
         hidden = square <= _HIDDEN * deviation
         return {
-            "error": None if hidden else math.sqrt(square),
+            "relative_error": None if hidden else math.sqrt(square),
             "at_most": math.sqrt(max(square, 0.0) + _LIMIT * deviation),
         }
 
@@ -141,7 +141,7 @@ def report(rows: Iterable[Compared], fitted: Iterable[str] = ()) -> dict[str, An
 
 def percent(found: Mapping[str, Any]) -> str:
     """An error of a report in words."""
-    error = found["error"]
+    error = found["relative_error"]
     if error is None:
         return f"at most {100 * found['at_most']:.2g} %, hidden by noise"
     return f"{100 * error:.3g} %"

@@ -28,7 +28,7 @@ from ..job import fitted_values, scene_at
 from ..pictures import comparison, plots, sheet
 from ..plan import FitPlan, paths_traced
 from ..unknowns import Unknown
-from . import held_out
+from . import aligned, gain_level, halves, held_out
 from .fitted_scene import RESULT
 from .history_file import write_history
 
@@ -69,6 +69,8 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
             "unit": "1",
             **field.about(found, result.get("coverage", {}).get(field.name)),
         }
+        if (agreement := result.get("halves", {}).get(field.name)) is not None:
+            rows[field.name]["halves"] = agreement.as_json()
     of_stages = {"stages": result["stages"]} if "stages" in result else {}
     if plan.request.staging:
         of_stages["staging"] = plan.request.staging
@@ -128,6 +130,9 @@ def _of_capture(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
         across, down, roll = alignment_of(capture, result)
         columns, rows = capture.photo_size
         found["shift"] = [across * columns / width, down * rows / height, math.degrees(roll)]
+        found["shift_believed"] = capture.id not in result.get("doubtful_shifts", ())
+    if "unexplained" in found and not found["unexplained"]:
+        found["unexplained"] = None  # noise may hide what is left
     return {**found, "mask_share": capture.mask_share, "isolated_light": capture.isolated}
 
 
@@ -138,9 +143,15 @@ def finished(
 ) -> dict[str, Any]:
     """The result with those texels of its images that no photo sees kept or filled, those of the
     world's continued from the others, and with the keys `coverage` (see `fields.images`) and
-    `fitted_means`, of all texels before that. Renders where there are images. `held_out`: the
-    photos that the fit has not seen beside their renders, unless it was stopped."""
-    result = _with_images(plan, result, progress)
+    `fitted_means`, of all texels before that. Renders where there are images. Unless it was stopped
+    also wider intervals of gains beside fields, `halves` of the photos of each image, and
+    `held_out`: the photos that the fit has not seen beside their renders."""
+    doubts = aligned.doubtful(plan.captures, result)
+    notes = (*result.get("notes", ()), *aligned.sentences(doubts))
+    result = _with_images(plan, result | {"doubtful_shifts": doubts, "notes": notes}, progress)
+    if result.get("stopped_because") != "cancelled":
+        result = gain_level.widened(plan, result, progress)
+        result = result | {"halves": halves.of_images(plan, result, progress)}
     if not plan.held_out or result.get("stopped_because") == "cancelled":
         return result
     settings = plan.request.settings
@@ -202,6 +213,8 @@ def write_results(
         for field in plan.fields:
             coverage = result.get("coverage", {}).get(field.name)
             field.write(partial, result["fields_best"][field.name], coverage)
+            if (agreement := result.get("halves", {}).get(field.name)) is not None:
+                agreement.write(partial / f"{field.stem}_halves.exr")
         log = _log(plan, report, result).encode(errors="backslashreplace")
         (partial / "log.txt").write_bytes(log)
         plots.write(partial / PLOTS, plan, result)
@@ -238,6 +251,7 @@ def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
     light = next((item.name for item in plan.fields if item.kind.is_environment and free), "")
     lines += [line for item in plan.captures if (line := _photo_text(item, result, light))]
     lines += trust.sentences(plan, result)
+    lines += [item.sentence(name) for name, item in result.get("halves", {}).items()]
     return lines + (held_out.sentences(result["held_out"]) if result.get("held_out") else [])
 
 
@@ -256,7 +270,8 @@ def _photo_text(capture: Capture, result: dict[str, Any], light: str = "") -> st
         parts.append(gain + (f" (90 %{given}: {between})" if between else ""))
     if "shift" in found:
         across, down, roll = found["shift"]
-        parts.append(f"shift {across:.2f}, {down:.2f} pixels, roll {roll:.2f} degrees")
+        doubt = "" if found["shift_believed"] else ", not to be believed"
+        parts.append(f"shift {across:.2f}, {down:.2f} pixels, roll {roll:.2f} degrees{doubt}")
     return f"Photo {capture.id}: {', '.join(parts)}" if parts else ""
 
 
