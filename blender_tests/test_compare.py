@@ -11,7 +11,7 @@ from command_line import command
 
 from selenite import native
 from selenite.cli import main
-from selenite.fit_run.answer.held_out import squared_error
+from selenite.fit_run.answer.hold_out import squared_error
 from selenite.scene_read.photos import captures_of
 
 pytestmark = [pytest.mark.blender, pytest.mark.usefixtures("addon")]
@@ -53,18 +53,18 @@ def fit(capsys, tmp_path, scene, file, *more):
     )  # fmt: skip
 
 
-def test_a_photo_held_out_does_not_move_the_fit_and_judges_it(photos, tmp_path, capsys):
+def test_a_photo_hold_out_does_not_move_the_fit_and_judges_it(photos, tmp_path, capsys):
     file = captures(tmp_path, SEEN, UNSEEN | {"hold_out": True})
     status, report, err = fit(capsys, tmp_path, photos, file)
     assert status == 0, err
     assert report["parameters"]["Body:base_color"]["value"] == pytest.approx(COLOUR, abs=0.02)
     assert list(report["captures"]) == ["seen"]
-    found = report["held_out"]
+    found = report["hold_out"]
     assert found["relative_error"] == pytest.approx(1 - 1 / GAIN, abs=0.01)
     row = found["captures"]["unseen"]
     assert row["own_gain"] == pytest.approx([GAIN] * 3, rel=0.01)
     assert row["with_own_gain"]["at_most"] < 0.02
-    assert (Path(report["folder"]) / "held_out.png").is_file()
+    assert (Path(report["folder"]) / "hold_out.png").is_file()
     assert "Held out: 1 photo, off by 20" in err
     stored = json.loads((Path(report["folder"]) / "run.json").read_text())
     assert [item.get("hold_out", False) for item in stored["captures"]] == [False, True]
@@ -83,7 +83,7 @@ def test_a_photo_held_out_does_not_move_the_fit_and_judges_it(photos, tmp_path, 
     assert "The fit has seen seen" in err
 
 
-def test_a_fit_of_held_out_photos_alone_is_refused(photos, tmp_path, capsys):
+def test_a_fit_of_hold_out_photos_alone_is_refused(photos, tmp_path, capsys):
     file = captures(tmp_path, SEEN | {"hold_out": True})
     status, report, _ = fit(capsys, tmp_path, photos, file)
     assert status == 2

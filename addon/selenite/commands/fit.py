@@ -34,8 +34,8 @@ from . import arguments
 from .capture_arguments import captures_from
 from .environment_arguments import with_environment
 from .fit_results import deliver
+from .fitted.start_result import begin_at, checked, start_folder, starting_there
 from .scene import open_scene, reading_of
-from .start_result import begin_at, checked, start_folder, starting_there
 from .terminal import bar, say
 
 #: Where the result folder goes without --out; a resumed run stays where it was.

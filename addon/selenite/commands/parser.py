@@ -234,7 +234,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
 
 
 def _add_compare(commands: argparse._SubParsersAction) -> None:
-    parser = _command(commands, "compare", ".commands.compare")
+    parser = _command(commands, "compare", ".commands.fitted.compare")
     parser.add_argument("result", metavar="RESULT", help="folder of a fit")
     scene = "where the scene of the fit lies now; default: where it was"
     parser.add_argument("--scene", metavar="SCENE.blend", help=scene)

@@ -46,7 +46,7 @@ class FitPlan:
     stages: tuple[Stage, ...] = ()
     transmits: bool = False  # a fitted material refracts, or may
     opaque: bool = False  # no light passes through any fitted material
-    held_out: tuple[Capture, ...] = ()  # photos that the fit does not see
+    hold_out: tuple[Capture, ...] = ()  # photos that the fit does not see
     #: By photo the angle of its camera about the vertical axis; empty where their lights differ.
     azimuths: Mapping[str, float] = field(default_factory=dict)
 
@@ -104,7 +104,7 @@ def prepare(
 
     captures = photos(request.settings.height, warnings)
     unseen = [item for item in request.captures if item.hold_out and captures_at is None]
-    held_out = photos(request.settings.height, [], unseen) if unseen and seen else []
+    hold_out = photos(request.settings.height, [], unseen) if unseen and seen else []
     warnings += light_states.remarks(values, request.captures)
     if problems:
         raise BadInput(problems)
@@ -144,7 +144,7 @@ def prepare(
         stages=tuple(stages),
         transmits=_transmits(values, requests),
         opaque=not (_transmits(values, requests) or _has_medium(values, requests)),
-        held_out=tuple(held_out),
+        hold_out=tuple(hold_out),
         azimuths=_azimuths(values, captures),
     )
 

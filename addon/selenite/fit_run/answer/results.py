@@ -28,7 +28,7 @@ from ..job import fitted_values, scene_at
 from ..pictures import comparison, plots, sheet
 from ..plan import FitPlan, paths_traced
 from ..unknowns import Unknown
-from . import aligned, gain_level, halves, held_out
+from . import aligned, gain_level, halves, hold_out
 from .fitted_scene import RESULT
 from .history_file import write_history
 
@@ -99,7 +99,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "model": plan.model,
         "pictures": file_stems(item.id for item in plan.captures),
         "captures": {item.id: _capture_entry(item, result) for item in plan.captures},
-        "held_out": held_out.report(result["held_out"]) if result.get("held_out") else None,
+        "hold_out": hold_out.report(result["hold_out"]) if result.get("hold_out") else None,
         "warnings": [*plan.warnings, *result.get("notes", ())],
     } | of_stages
 
@@ -145,21 +145,21 @@ def finished(
     world's continued from the others, and with the keys `coverage` (see `fields.images`) and
     `fitted_means`, of all texels before that. Renders where there are images. Unless it was stopped
     also wider intervals of gains beside fields, `halves` of the photos of each image, and
-    `held_out`: the photos that the fit has not seen beside their renders."""
+    `hold_out`: the photos that the fit has not seen beside their renders."""
     doubts = aligned.doubtful(plan.captures, result)
     notes = (*result.get("notes", ()), *aligned.sentences(doubts))
     result = _with_images(plan, result | {"doubtful_shifts": doubts, "notes": notes}, progress)
     if result.get("stopped_because") != "cancelled":
         result = gain_level.widened(plan, result, progress)
         result = result | {"halves": halves.of_images(plan, result, progress)}
-    if not plan.held_out or result.get("stopped_because") == "cancelled":
+    if not plan.hold_out or result.get("stopped_because") == "cancelled":
         return result
     settings = plan.request.settings
-    unseen = [(item, UNALIGNED) for item in plan.held_out]
-    rows = held_out.compare_all(
+    unseen = [(item, UNALIGNED) for item in plan.hold_out]
+    rows = hold_out.compare_all(
         scene_at(plan, result), unseen, settings, settings.picture_spp, progress
     )
-    return result | {"held_out": rows}
+    return result | {"hold_out": rows}
 
 
 def _with_images(
@@ -252,7 +252,7 @@ def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
     lines += [line for item in plan.captures if (line := _photo_text(item, result, light))]
     lines += trust.sentences(plan, result)
     lines += [item.sentence(name) for name, item in result.get("halves", {}).items()]
-    return lines + (held_out.sentences(result["held_out"]) if result.get("held_out") else [])
+    return lines + (hold_out.sentences(result["hold_out"]) if result.get("hold_out") else [])
 
 
 def _photo_text(capture: Capture, result: dict[str, Any], light: str = "") -> str:
@@ -332,8 +332,8 @@ def _write_pictures(
             native.image().write_png(str(folder / f"{stem}_{name}.png"), seen)
         rows[capture.id] = sheet.small(capture.reference, capture.weight, initial, final)
     sheet.of_fit(rows, comparison.ERROR_SCALE).write(folder / SHEET)
-    if result.get("held_out"):
-        held_out.write_sheet(result["held_out"], folder / held_out.SHEET)
+    if result.get("hold_out"):
+        hold_out.write_sheet(result["hold_out"], folder / hold_out.SHEET)
 
 
 def _log(plan: FitPlan, report: dict[str, Any], result: dict[str, Any]) -> str:

@@ -18,7 +18,7 @@ from ..pictures import comparison, sheet
 from ..settings import FitSettings
 
 #: In the folder of a fit that held photos out.
-SHEET = "held_out.png"
+SHEET = "hold_out.png"
 #: Standard errors of a squared error below which noise hides it, and those of its upper limit.
 _HIDDEN, _LIMIT = 2.0, 1.645
 

@@ -9,14 +9,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..fit_run.answer.fitted_scene import RESULT, at_result, field_files
-from ..fit_run.field_kinds import KINDS
-from ..fit_run.request import UnknownRequest
-from ..parameters import split_name
-from ..paths import absolute, is_folder
-from ..problems import BadInput, Problem
-from ..scene_read.values import SceneValues
-from .terminal import say
+from ...fit_run.answer.fitted_scene import RESULT, at_result, field_files
+from ...fit_run.field_kinds import KINDS
+from ...fit_run.request import UnknownRequest
+from ...parameters import split_name
+from ...paths import absolute, is_folder
+from ...problems import BadInput, Problem
+from ...scene_read.values import SceneValues
+from ..terminal import say
 
 
 def start_folder(texts: list[str], problems: list[Problem]) -> tuple[str, list[str]]:
@@ -36,11 +36,11 @@ def start_folder(texts: list[str], problems: list[Problem]) -> tuple[str, list[s
 def begin_at(scene: Any, values: SceneValues, folder: Path) -> SceneValues:  # noqa: ANN401
     """Puts what the fit has found into the open scene, which is not saved, as --save would: values,
     images, grids, the world's image. Returns the scene as it is now. Raises BadInput."""
-    from .. import write_back
-    from ..scene_read.scene import read_scene
-    from ..write_back import environments
-    from ..write_back import grids as grid_objects
-    from ..write_back import images as image_nodes
+    from ... import write_back
+    from ...scene_read.scene import read_scene
+    from ...write_back import environments
+    from ...write_back import grids as grid_objects
+    from ...write_back import images as image_nodes
 
     found, constants = at_result(values, folder)
     files = field_files(folder)
