@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from selenite.fit_run.answer.aligned import doubtful, sentences
-from selenite.fit_run.captures.prepared import Capture
+from selenite.fit_run.answer.results import _capture_entry
+from selenite.fit_run.captures.prepared import Capture, without_photo
 from selenite.fit_run.diagnosis import FIRST_ITERATION, diagnose
 from selenite.fit_run.turntable import light_turns
 from selenite.fit_run.views import View
@@ -88,5 +90,24 @@ def test_a_shift_at_its_limit_and_one_far_from_the_others_are_named() -> None:
     assert found == {"4": "apart", "5": "limit", "6": "limit"}
     at_limit, apart = sentences(found)
     assert "limit of 4 pixels for '5', '6'" in at_limit and "moves '4' farther" in apart
+    captures, result = aligned(*usual, (0.0, -4.0, 0.0))
+    doubted = result | {"doubtful_shifts": doubtful(captures, result)}
+    rows = [_capture_entry(item, doubted)["shift_believed"] for item in captures]
+    assert rows == [True] * 4 + [False]
     # All cameras of a rig that is off by the same: no photo lies apart.
     assert doubtful(*aligned(*[(2.5 + x, y, 0.0) for x, y, _ in usual])) == {}
+
+
+def test_what_noise_hides_is_no_number() -> None:
+    (capture,), _ = aligned((0.0, 0.0, 0.0))
+    for share, shown in ((0.0, None), (0.2, 0.2)):
+        row = {"unexplained": share, "shift": (0.0, 0.0, 0.0)}
+        assert _capture_entry(capture, {"captures": {"0": row}})["unexplained"] == shown
+
+
+def test_cameras_without_a_photo_are_one_line() -> None:
+    cameras = [SimpleNamespace(name=f"C{index}") for index in range(9)]
+    scene, asked = SimpleNamespace(cameras=cameras), [SimpleNamespace(camera="C0")]
+    line = without_photo(scene, asked)  # type: ignore[arg-type]
+    assert line == "8 of 9 cameras have no photo: 'C1', 'C2', 'C3' and 5 more"
+    assert without_photo(scene, [SimpleNamespace(camera=item.name) for item in cameras]) == ""  # type: ignore[arg-type,misc]

@@ -263,7 +263,7 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
             f"{which}, not refined"
         )
     elif stopped_in_search(result):
-        lines.append("Stopped before the multi-start knew a better point: values are the start's")
+        lines.append("Stopped before the first iteration: values are the start's")
     elif found.get("points"):
         went = "continued from another one" if found["moved"] else "kept the given one"
         lines.append(f"Multi-start: evaluated {found['points']} starting points and {went}")
