@@ -80,7 +80,7 @@ def test_a_photo_hold_out_does_not_move_the_fit_and_judges_it(photos, tmp_path, 
     status, again, err = command(capsys, "compare", report["folder"], *words)
     assert status == 0, err
     assert again["captures"]["seen"]["fitted"] and again["at_most"] < 0.02
-    assert "The fit has seen seen" in err
+    assert "The fit has seen 'seen'" in err
 
 
 def test_a_fit_of_hold_out_photos_alone_is_refused(photos, tmp_path, capsys):

@@ -20,7 +20,7 @@ constexpr std::array kShares{kFirstShare, kSecondShare};
 
 Refinement::Refinement(const Problem& problem, const GaussNewton* optimiser, Point point,
                        std::uint64_t seed, int spp, int iteration_spp, RefinementOptions options)
-    : options_(std::move(options)),
+    : options_(options),
       point_(problem, optimiser, std::move(point.scalars)),
       fields_(std::move(point.fields)),
       has_jacobians_(optimiser != nullptr),
@@ -36,14 +36,6 @@ void Refinement::hold(const std::vector<AbsentWeight>& absent) {
 
 /// Of the seeds of residuals; the next one is that of the derivatives.
 int Refinement::purpose() const { return 2 * point_.report.passes + (suspended_ ? kOffset : 0); }
-
-std::size_t Refinement::photo_count() const {
-  return options_.photos.empty() ? point_.problem->photos.size() : options_.photos.size();
-}
-
-std::size_t Refinement::photo_at(std::size_t i) const {
-  return options_.photos.empty() ? i : options_.photos[i];
-}
 
 int Refinement::pass_spp(int pass) const {
   const auto index = static_cast<std::size_t>(pass);
@@ -68,8 +60,8 @@ void Refinement::gather_first_jacobians(Evaluator& evaluator) {
   iteration_spp_ =
       std::max(pass_spp(point_.report.passes) / options_.derivative_share, kLeastOfDerivatives);
   for (int portion = 0; portion < options_.warm_ups; ++portion)
-    for (std::size_t i = 0; i < photo_count(); ++i)
-      point_.gather(derivatives(evaluator, kWarmUp, portion, iteration_spp_, photo_at(i)), 1);
+    for (std::size_t v = 0; v < point_.problem->photos.size(); ++v)
+      point_.gather(derivatives(evaluator, kWarmUp, portion, iteration_spp_, v), 1);
   has_jacobians_ = true;
 }
 
@@ -77,8 +69,7 @@ void Refinement::gather(Evaluator& evaluator, int spp) {
   const int of_portion =
       std::max(spp / options_.derivative_share / kJacobianPortions, kLeastOfDerivatives);
   for (int portion = 0; portion < kJacobianPortions; ++portion) {
-    const Observation seen =
-        derivatives(evaluator, purpose() + 1, portion, of_portion, photo_at(photo_));
+    const Observation seen = derivatives(evaluator, purpose() + 1, portion, of_portion, photo_);
     point_.gather(seen, static_cast<double>(of_portion) / iteration_spp_);
   }
 }
@@ -86,16 +77,16 @@ void Refinement::gather(Evaluator& evaluator, int spp) {
 bool Refinement::step(Evaluator& evaluator) {
   if (over_) return false;
   if (!has_jacobians_) gather_first_jacobians(evaluator);
-  const std::size_t index = photo_at(photo_);
-  const Photo& photo = point_.problem->photos[index];
+  const std::size_t photos = point_.problem->photos.size();
+  const Photo& photo = point_.problem->photos[photo_];
   const int spp = pass_spp(point_.report.passes);
   const Film film = evaluator.evaluate({point_.x, fields_}, photo,
-                                       {spp, seed_of(seed_, purpose(), static_cast<int>(index))});
+                                       {spp, seed_of(seed_, purpose(), static_cast<int>(photo_))});
   // The last that may follow has as many samples as the one before, and is near: slopes are known.
   if (suspended_ || after_offset_ || point_.report.passes + 1 < options_.most_passes)
     gather(evaluator, spp);
-  point_.equations.add(photo, point_.gauss_newton.equations(index, film));
-  if (++photo_ < photo_count()) return true;
+  point_.equations.add(photo, point_.gauss_newton.equations(photo_, film));
+  if (++photo_ < photos) return true;
   if (suspended_)
     end_offset();
   else
@@ -190,7 +181,8 @@ std::vector<Eigen::VectorXf> Refinement::weights() const {
 double Refinement::fraction() const {
   // Whether there is a pass at an offset is not known before.
   if (over_ || suspended_ || after_offset_) return 1;
-  const double part = static_cast<double>(photo_) / static_cast<double>(photo_count());
+  const double part =
+      static_cast<double>(photo_) / static_cast<double>(point_.problem->photos.size());
   // One more than those with a share is the last, mostly.
   const int passes = std::max(point_.report.passes, static_cast<int>(kShares.size())) + 1;
   double done = pass_spp(point_.report.passes) * part, all = 0;

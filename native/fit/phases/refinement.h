@@ -22,8 +22,7 @@ struct RefinementOptions {
   /// Of the samples of residuals. With an eighth, intervals are too narrow where unknowns nearly make up
   /// for each other. Measured: docs/measurements/intervals.md.
   int derivative_share = 4;
-  int warm_ups = 2;                   ///< pictures that gather instruments where the fit has none
-  std::vector<std::size_t> photos{};  ///< that it sees; empty: all
+  int warm_ups = 2;  ///< pictures that gather instruments where the fit has none
 };
 
 /// Refinement passes at fixed values: renders the photos with fresh seeds at the values that a fit has
@@ -71,9 +70,6 @@ class Refinement {
   int purpose() const;
   int pass_spp(int pass) const;
   double noise_of_step() const;
-  std::size_t photo_count() const;
-  /// The number of the i-th that is seen.
-  std::size_t photo_at(std::size_t i) const;
 
   /// What belongs to the answer, while a pass is taken at an offset from it.
   struct Suspended {
