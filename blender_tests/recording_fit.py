@@ -17,14 +17,18 @@ MEAN_BIAS = (0.125, -0.25, 0.5)
 BEST, LAST, STEP = 0.3, 0.75, 0.04
 
 
+def _name(unknown):
+    return f"{unknown.owner}:{unknown.parameter}"
+
+
 class RecordingFit:
     """The interface of the native Fit. It "runs" for `polls` looks at its state, or until it is
     cancelled where that is None."""
 
     def __init__(self, scene, photos, unknowns, settings, polls, shapes):
         self.scene, self.photos, self.settings = scene, photos, settings
-        self.unknowns = [item for item in unknowns if "start" in item]
-        names = [f"{item['owner']}:{item['parameter']}" for item in unknowns if "start" not in item]
+        self.unknowns = [item for item in unknowns if item.start]
+        names = [_name(item) for item in unknowns if not item.start]
         self._shapes = {name: shapes[name] for name in names}
         self.calls = []
         self._left = polls
@@ -34,10 +38,9 @@ class RecordingFit:
         """Name -> a value for each component, that share of the way between the bounds."""
         found = {}
         for item in self.unknowns:
-            low, high = item["minimum"], item["maximum"]
-            shares = [share + STEP * k for k in range(len(item["start"]))]
-            name = f"{item['owner']}:{item['parameter']}"
-            found[name] = [low + part * (high - low) for part in shares]
+            low, high = item.minimum, item.maximum
+            shares = [share + STEP * k for k in range(len(item.start))]
+            found[_name(item)] = [low + part * (high - low) for part in shares]
         return found
 
     @property
@@ -59,7 +62,7 @@ class RecordingFit:
 
     @property
     def start_values(self):
-        return {f"{item['owner']}:{item['parameter']}": item["start"] for item in self.unknowns}
+        return {_name(item): item.start for item in self.unknowns}
 
     def start(self):
         self.calls.append("start")
@@ -188,18 +191,27 @@ def install(monkeypatch, polls=2, shapes=None):
     length of a test. `polls`: see RecordingFit. `shapes`: of the fields that may be fitted.
     """
     core, recorded = native.core(), Recorded()
-    render, builder = core.render, core.SceneBuilder
+    evaluator, builder = core.Evaluator, core.SceneBuilder
 
     def fit(scene, photos, unknowns, settings):
         made = RecordingFit(scene, photos, unknowns, settings, polls, shapes or {})
         recorded.fits.append(made)
         return made
 
-    def noted_render(scene, camera, width, height, spp, **options):
-        film = render(scene, camera, width, height, spp, **options)
-        noted = SimpleNamespace(scene=scene, camera=camera, size=(width, height), spp=spp)
-        recorded.pictures.append(SimpleNamespace(**vars(noted), **options))
-        return film
+    class NotedEvaluator:
+        def __init__(self, scene, **options):
+            self._of, self._scene, self._options = evaluator(scene, **options), scene, options
+
+        def picture(self, photo, spp, **options):
+            noted = {"depth": 0, "threads": 0} | self._options | options
+            recorded.pictures.append(SimpleNamespace(
+                scene=self._scene, camera=photo.camera, size=tuple(photo.size), spp=spp,
+                frame=photo.frame, alignment=tuple(photo.alignment), **noted,
+            ))  # fmt: skip
+            return self._of.picture(photo, spp, **options)
+
+        def __getattr__(self, name):
+            return getattr(self._of, name)
 
     class NotedBuilder:
         def __init__(self):
@@ -213,7 +225,7 @@ def install(monkeypatch, polls=2, shapes=None):
             return getattr(self._builder, name)
 
     monkeypatch.setattr(core, "Fit", fit)
-    monkeypatch.setattr(core, "render", noted_render)
+    monkeypatch.setattr(core, "Evaluator", NotedEvaluator)
     monkeypatch.setattr(core, "SceneBuilder", NotedBuilder)
     return recorded
 

@@ -57,7 +57,7 @@ def test_a_fit_tells_thick_from_thin_and_writes_both_files(photo, tmp_path, caps
     row = report["parameters"]["Smoke:density_grid"]
     assert row["voxels"] == [4, 4, 4]
     assert row["initial"] == [1.0]
-    assert (row["minimum"], row["maximum"]) == (0, 10)
+    assert (row.minimum, row.maximum) == (0, 10)
     assert row["files"] == ["Smoke_density.npy", "Smoke_density.vol"]
     found = grid_files.read(str(folder / "Smoke_density.npy"))
     assert np.array_equal(found, grid_files.read(str(folder / "Smoke_density.vol")))
@@ -120,10 +120,10 @@ def test_steps_count_in_the_densities_of_the_start():
     made.smoke()
     field = requested(start=(40.0,))
     assert field.maximum == 400
-    assert field.native()["learning_rate"] == pytest.approx(40 * 0.03)
+    assert field.native().learning_rate == pytest.approx(40 * 0.03)
     empty = requested(start=(0.0,))
     assert empty.maximum == 10
-    assert empty.native()["learning_rate"] == pytest.approx(0.03)
+    assert empty.native().learning_rate == pytest.approx(0.03)
 
 
 def test_extinction_beside_it_is_remarked():

@@ -17,14 +17,12 @@ using namespace pybind11::literals;
 namespace selenite {
 namespace {
 
-std::unique_ptr<FitJob> make_fit(const Scene& scene, const py::list& photos,
-                                 const py::list& unknowns, const py::dict& settings) {
-  std::vector<Photo> taken;
-  for (const auto& one : photos) taken.push_back(photo_of(one, taken.size()));
-  const std::vector<UnknownParameter> wanted = unknowns_of(unknowns);
+std::unique_ptr<FitJob> make_fit(const Scene& scene, std::vector<Photo> photos,
+                                 const std::vector<UnknownParameter>& unknowns,
+                                 const py::dict& settings) {
   const FitSettings with = settings_of(settings);
   const py::gil_scoped_release release;
-  return std::make_unique<FitJob>(scene, std::move(taken), wanted, with);
+  return std::make_unique<FitJob>(scene, std::move(photos), unknowns, with);
 }
 
 py::dict values_dict(const Unknowns& unknowns, const Vector& x) {
@@ -240,20 +238,9 @@ void bind_fit(py::module_& m) {
 
 Args:
     scene: copied; later changes of the argument do not matter.
-    photos: list of dict {id: str, unique, or None for the camera's name; camera: str, of any number
-        of photos; reference: (h, w, 3) float32 linear radiance, row 0 at the top; weight: (h, w)
-        float32 >= 0 or None; frame: as for `render`; lights: as for Scene.with_lights; free_gain:
-        "none", "scalar" or "rgb", a factor on its gain that the fit finds; align: whether it
-        finds a small shift and roll; by name, the values of
-        its parameters that are not the usual ones}. Pixels that are not finite must have weight 0.
-    unknowns: list of dict {owner, parameter, start: (1,) or (3,), minimum, maximum, learning_rate
-        (0.03)}; owner is a material, a lamp, "World" or the id of a photo; the bounds hold for
-        every component. The parameters "albedo_grid" and
-        "density_grid" of a material are every value of that grid, "base_color_texture" every texel
-        of that image, as the image holds it (in sRGB if it is encoded): they start at the scene's,
-        without `start` (a search moves an albedo grid or an image of one colour as a whole), and
-        the rate is in units of their values: the length of a step; after a search the first is four
-        times as long, and the last one of an image a quarter.
+    photos: list of Photo.
+    unknowns: list of Unknown; a search moves an albedo grid or an image of one colour as a whole, and
+        its first step is four times as long, the last one of an image a quarter.
     settings: dict; what is left out keeps its default: loss "robust" (see losses()), optimiser
         "auto" (see optimisers()), iterations 100, most_iterations 0 (up to where scalars that have
         not converged go on; 0: no farther), spp 4, tolerance 0.001 (0: never), seed 0,

@@ -14,7 +14,7 @@ from ...fit_run.answer import hold_out
 from ...fit_run.answer.fitted_scene import RESULT, at_result
 from ...fit_run.answer.results import SHEET
 from ...fit_run.captures.prepared import read_captures
-from ...fit_run.captures.render import alignment_in_file, as_found
+from ...fit_run.captures.render import as_reported
 from ...fit_run.request import read_run
 from ...fit_run.settings import with_overrides
 from ...json_text import read_json
@@ -64,12 +64,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     seen = hold_out.fitted_among(captures, [item for item in fitted if not item.hold_out])
     try:
         result = read_json(folder / RESULT)
-        placed = [
-            (as_found(item, result), alignment_in_file(item, result))
-            if item.id in seen
-            else (item, alignment_in_file(item, None))
-            for item in captures
-        ]
+        placed = [as_reported(item, result) if item.id in seen else item for item in captures]
     except ValueError as error:
         cure = "give the folder of a fit that has ended"
         raise BadInput(Problem(f"File '{folder / RESULT}'", str(error), cure)) from error

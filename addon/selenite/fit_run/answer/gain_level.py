@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ... import native
 from ..captures.prepared import Capture
-from ..captures.render import alignment_of, as_found, render_capture
+from ..captures.render import as_found, evaluator
 from ..job import scene_at
 from ..plan import FitPlan
 from ..views import blurred
@@ -86,19 +86,17 @@ def change(
 ) -> Change:  # noqa: ANN401
     """Renders the photo with both values of the field, by two sets of random numbers: products of
     pictures have no bias by their noise."""
-    small, weight = _small(capture)
+    small = _small(as_found(capture, result))
+    view, settings = small.view(), plan.request.settings
     pictures, slopes = [], []
-    for seed in (1, 2):
-        options = {
-            "seed": plan.request.settings.seed + seed,
-            "depth": plan.request.settings.depth,
-            "threads": plan.request.settings.threads,
-            "alignment": alignment_of(small, result),
-        }
-        shown = as_found(small, result)
-        pair = [render_capture(one, shown, _SPP, **options) for one in (base, dimmed)]
-        pictures.append(pair[0].astype(float))
-        slopes.append((pair[0] - pair[1]).astype(float) / -math.log(_FACTOR))
+    for seed in (settings.seed + 1, settings.seed + 2):
+        pair = [
+            evaluator(one, settings).picture(view, _SPP, seed=seed).image.astype(float)
+            for one in (base, dimmed)
+        ]
+        pictures.append(pair[0])
+        slopes.append((pair[0] - pair[1]) / -math.log(_FACTOR))
+    weight = small.weight.astype(float)
     level = blurred(pictures[0] + pictures[1]) / 2
     share = weight[..., None] / np.square(level + 0.1 * level.mean() + 1e-12)
     return change_of(pictures, slopes, share, free=capture.free_gain != "none")
@@ -129,15 +127,12 @@ def _dimmed(field: Any, values: np.ndarray) -> np.ndarray:  # noqa: ANN401 - a F
     return np.ascontiguousarray(np.float32(_FACTOR) * values)
 
 
-def _small(capture: Capture) -> tuple[Capture, np.ndarray]:
-    """The photo with fewer rows, without its pixels, and its weight."""
+def _small(capture: Capture) -> Capture:
+    """The photo with fewer rows."""
     rows, columns = capture.weight.shape
     if rows <= _ROWS:
-        return capture, capture.weight.astype(float)
-    width = max(1, round(columns * _ROWS / rows))
-    weight = native.image().resize(capture.weight, width, _ROWS)
-    blank = np.zeros((_ROWS, width, 3), np.float32)
-    return replace(capture, reference=blank, weight=weight), weight.astype(float)
+        return capture
+    return capture.small((max(1, round(columns * _ROWS / rows)), _ROWS))
 
 
 def _unexplained(row: Mapping[str, Any]) -> float:

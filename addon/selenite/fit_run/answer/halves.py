@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,9 @@ import numpy as np
 
 from ... import native
 from ..captures.prepared import Capture
-from ..captures.render import as_found, render_capture, rendered, under_its_lights
-from ..fields import FieldUnknown
-from ..fields.images import ImageUnknown, seen
+from ..captures.render import as_found, evaluator
+from ..fields import EnvironmentUnknown, FieldUnknown, ImageUnknown
+from ..fields.images import seen
 from ..job import scene_at
 from ..plan import FitPlan
 
@@ -71,7 +71,8 @@ def of_images(
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> dict[str, Halves]:
     """By the image's name; none of a single photo. Photos take turns, as lists run round a body."""
-    images = [item for item in plan.fields if isinstance(item, ImageUnknown)]
+    kinds = (ImageUnknown, EnvironmentUnknown)
+    images = [item for item in plan.fields if isinstance(item, kinds)]
     if not images or len(plan.captures) < 2:  # noqa: PLR2004 - two halves
         return {}
     scene, found = scene_at(plan, result), {}
@@ -119,23 +120,19 @@ def _asked(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(h, w) twice: sums over the photos of what photo and render show of each texel."""
     total = [np.zeros(item.values.shape[:2]) for _ in range(2)]
+    settings = plan.request.settings
+    asked = evaluator(scene, settings)
     for capture in captures:
-        shown = as_found(capture, result)
-        settings = plan.request.settings
-        render = render_capture(
-            scene, shown, _SPP, seed=settings.seed + 1, depth=settings.depth,
-            threads=settings.threads,
-        )  # fmt: skip
-        height, width = capture.weight.shape
+        found = as_found(capture, result)
+        render = asked.picture(found.view(), _SPP, seed=settings.seed + 1).image
         for sums, picture in zip(total, (capture.reference, render), strict=True):
-            light = np.maximum(rendered(picture, shown).mean(axis=2), 0) * capture.weight
+            light = np.maximum(picture.mean(axis=2), 0) * capture.weight
             weight = np.ascontiguousarray(light, np.float32)
             if not weight.any():
                 continue
-            _, texels = native.core().texture_gradient(
-                under_its_lights(scene, capture), capture.camera, width, height, _SPP,
-                item.owner, weight=weight, seed=settings.seed, threads=settings.threads,
-                frame=capture.frame,
-            )  # fmt: skip
+            photo = replace(found, weight=weight).native()
+            _, texels = asked.gradient(
+                photo, item.owner, item.kind.parameter, _SPP, seed=settings.seed
+            )
             sums += float(weight.sum()) * np.abs(texels).mean(axis=2)
     return total[0], total[1]

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...scene_read.capture_request import CaptureRequest
 from ..captures.prepared import Capture
-from ..captures.render import UNALIGNED, Alignment, render_capture
+from ..captures.render import evaluator
 from ..pictures import comparison, sheet
 from ..settings import FitSettings
 
@@ -80,21 +80,13 @@ def compare(
     capture: Capture,
     settings: FitSettings,
     spp: int,
-    alignment: Alignment = UNALIGNED,
 ) -> Compared:
     """Renders the photo twice, by random numbers of their own: products of both differences have no
     bias by their noise. The own gain is one factor, or one of each channel where the capture's gain
     is free by channel."""
+    renders, view = evaluator(scene, settings), capture.view()
     halves = [
-        render_capture(
-            scene,
-            capture,
-            max(1, spp // 2),
-            seed=2 * settings.seed + half,
-            depth=settings.depth,
-            threads=settings.threads,
-            alignment=alignment,
-        ).astype(float)
+        renders.picture(view, max(1, spp // 2), seed=2 * settings.seed + half).image.astype(float)
         for half in range(2)
     ]
     photo, weight = capture.reference.astype(float), capture.weight.astype(float)[..., None]
@@ -192,15 +184,15 @@ def write_sheet(rows: Iterable[Compared], path: Path) -> None:
 
 def compare_all(
     scene: Any,  # noqa: ANN401 - a native Scene
-    captures: Sequence[tuple[Capture, Alignment]],
+    captures: Sequence[Capture],
     settings: FitSettings,
     spp: int,
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> list[Compared]:
     """`compare` for each photo."""
     rows = []
-    for index, (capture, alignment) in enumerate(captures):
+    for index, capture in enumerate(captures):
         progress(capture.id, index / len(captures))
         own = replace(settings, seed=settings.seed + index)
-        rows.append(compare(scene, capture, own, spp, alignment))
+        rows.append(compare(scene, capture, own, spp))
     return rows
