@@ -53,7 +53,8 @@ void widen_by_parts(const Unknowns& unknowns, const Reparametrization& reparamet
       one.standard_error *= std::max(1.0, (one.interval[1] - one.interval[0]) / before);
     const double error = half / kQuantile90;
     if (variance > 0) factors[k] = std::max(1.0, error / std::sqrt(variance));
-    if (error >= point.options.undetermined * point.range(k)) one.determined = false;
+    // Beyond an even spread over the range it says nothing; below, how little is known.
+    if (error >= point.options.prior * point.range(k)) one.determined = false;
   }
   report.covariance = factors.asDiagonal() * report.covariance * factors.asDiagonal();
 }
