@@ -137,6 +137,11 @@ bool MultiStartPhase::search(FitRun& run) {
   return true;
 }
 
+void MultiStartPhase::end_early(FitRun& run) {
+  const bool begun = (!light_ || light_->over()) && (!rotation_ || rotation_->over());
+  if (begun && multi_start_.cut_short()) hand_on(run);
+}
+
 void MultiStartPhase::hand_on(FitRun& run) {
   const Vector& x = multi_start_.values();
   run.result.search = multi_start_.result();

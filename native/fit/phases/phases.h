@@ -7,6 +7,7 @@
 #include "fit/phases/descent.h"
 #include "fit/phases/field_refinement.h"
 #include "fit/phases/multi_start.h"
+#include "fit/phases/parts/parts_phase.h"
 #include "fit/phases/roughness_profile.h"
 #include "fit/phases/starts/alignment_start.h"
 #include "fit/phases/starts/light_start.h"
@@ -21,6 +22,7 @@ class MultiStartPhase final : public Phase {
   static void plan(RenderPlan& plan);
   PhaseKind kind() const override { return PhaseKind::kMultiStart; }
   bool step(FitRun& run) override;
+  void end_early(FitRun& run) override;
   double fraction() const override;
   void members(SavedState& state) override;
 

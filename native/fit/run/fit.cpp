@@ -44,6 +44,7 @@ bool Fit::step(Progress* progress) {
     if (!more) enter(next_phase());
     return run_.result.stopped == StopReason::kNone;
   } catch (const Cancelled&) {
+    phase_->end_early(run_);
     return run_.stop(StopReason::kCancelled);
   } catch (const std::exception& error) {
     return run_.stop(StopReason::kError,
@@ -75,7 +76,7 @@ std::unique_ptr<Phase> Fit::next_phase() {
             run_, dynamic_cast<const FieldRefinementPhase&>(*phase_).refinement());
       if (auto comparison = minima_.comparison(run_))
         return std::make_unique<ComparisonPhase>(std::move(comparison), minima_);
-      return nullptr;
+      return PartsPhase::of(run_, minima_.absent());
     case PhaseKind::kRoughnessProfile: {
       const auto& profile = dynamic_cast<const RoughnessProfile&>(*phase_);
       if (!profile.moved()) return nullptr;
@@ -87,6 +88,8 @@ std::unique_ptr<Phase> Fit::next_phase() {
       // little about it.
       if (const auto alternative = minima_.next())
         return std::make_unique<RefinementPhase>(run_, minima_, *alternative, nullptr);
+      return PartsPhase::of(run_, minima_.absent());
+    case PhaseKind::kParts:
       return nullptr;
   }
   return nullptr;

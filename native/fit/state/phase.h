@@ -60,6 +60,8 @@ class Phase {
   /// The next portion of the work; false when the phase is over or the fit has been stopped. After an
   /// exception (Cancelled, or an error) the phase is not continued.
   virtual bool step(FitRun& run) = 0;
+  /// Called once where a step was cancelled: hands on what is best so far.
+  virtual void end_early(FitRun&) {}
   /// Share of its work that is done.
   virtual double fraction() const = 0;
   virtual void members(SavedState& state) = 0;
