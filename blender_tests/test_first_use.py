@@ -183,12 +183,13 @@ def test_a_result_says_how_sure_it_is(tmp_path):
     assert row.sureness in {"SURE", "WEAK", "OPEN", "UNKNOWN"}
     drawn = " ".join(draw(panels.SELENITE_PT_result).split())
     assert settings.verdict.split(":")[0][:20] in drawn
-    assert "Body: base_color" not in drawn  # the whole report is behind a triangle
+    assert "Body: Base Color red" not in drawn  # the whole report is behind a triangle
     settings.show_report = True
-    assert "Body: base_color" in draw(panels.SELENITE_PT_result)
+    drawn = draw(panels.SELENITE_PT_result)
+    assert drawn.count("Body: Base Color red") == 1 and drawn.count("\u2192") == 3
 
 
 def test_another_blender_can_import_the_add_on_for_the_sample():
-    from selenite.interface.furniture import links
+    from selenite.interface.furniture import sample
 
-    assert (links._importable() / "selenite" / "__init__.py").is_file()
+    assert (sample._importable() / "selenite" / "__init__.py").is_file()

@@ -20,7 +20,7 @@ from _driving import (
 )
 
 from selenite.interface import panels, state
-from selenite.interface.furniture.links import made_sample
+from selenite.interface.furniture.sample import made_sample
 
 CLICKS: list[str] = []
 MOST_CLICKS = 6

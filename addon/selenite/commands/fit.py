@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
@@ -21,7 +22,7 @@ from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
 from ..fit_run.staging.job import StagedJob, make_job
 from ..fit_run.staging.request import AUTO, USUAL, StageRequest, stages_by_name
 from ..fit_run.staging.request import PRESETS as STAGE_PRESETS
-from ..fit_run.unknowns import usual_requests
+from ..fit_run.unknowns import WHICH_MATERIAL, candidates_of, fittable_usual, usual_requests
 from ..information.conditioning import StageChoice
 from ..parameters import join_name
 from ..paths import absolute, why_not_folder
@@ -65,9 +66,6 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             say(f"warning: {grids[0]}: the check in Cycles is left out: {missing}")
     for text in plan.warnings:
         say(f"warning: {text}")
-    say(f"model {plan.model}")
-    if plan.request.staging:
-        say(f"stages: {plan.request.staging}")
     if why := why_not_folder(out, size_of(plan)):
         raise BadInput(Problem(f"Folder '{out}'", why, arguments.OTHER_FOLDER))
     unfinished = unfinished or new_folder(out, SUFFIX)
@@ -97,6 +95,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     settings = _settings(args, base, problems)
     stages = arguments.stages(args.stages, problems)
     unknowns = unknowns_of(args, base, values, stages, problems)
+    problems[:] = [_with_command(item, args, scene, values) for item in problems]
     names = [join_name(item.owner, item.parameter) for item in unknowns]
     captures = captures_from(args, base.captures or captures_of(scene), values, problems)
     wanted = args.stages or USUAL
@@ -270,6 +269,29 @@ def unknowns_of(
         if _known(key, found, problems):
             found[key] = replace(found[key], unseen=word)
     return tuple(with_environment(args, values, found, problems).values())
+
+
+def _with_command(
+    problem: Problem,
+    args: argparse.Namespace,
+    scene: Any,  # noqa: ANN401 - a bpy scene
+    values: SceneValues,
+) -> Problem:
+    """Where the material is not named: a command that names that of the active object, to be
+    copied."""
+    if problem.kind != WHICH_MATERIAL:
+        return problem
+    candidates = candidates_of(values)
+    if not candidates:
+        return problem
+    active = scene.view_layers[0].objects.active
+    slots = [slot.material for slot in active.material_slots] if active is not None else []
+    own = [slot.name for slot in slots if slot is not None]
+    owner = next((item for item in candidates if item.datablock in own), candidates[0])
+    wanted = join_name(owner.name, ",".join(fittable_usual(owner)))
+    words = ["selenite", "fit", args.scene, "--fit", wanted]
+    words += [word for photo in args.photo or () for word in ("--photo", photo)]
+    return replace(problem, cure=f"name one, as in: {shlex.join(words)}")
 
 
 def _known(
