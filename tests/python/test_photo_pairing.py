@@ -51,7 +51,7 @@ def test_photos_of_their_own_cameras_are_no_problem(rendered: list[str]) -> None
     photos = [photo(name, name, name, 3.0) for name in NAMES]
     found = pairing.paired(photos, NAMES, None)
     assert found.camera == {} and found.problems(photos) == []
-    assert np.diag(found.likeness).min() > 0.9 and rendered == list(NAMES)
+    assert np.diag(found.correlation).min() > 0.9 and rendered == list(NAMES)
 
 
 def test_two_photos_that_are_swapped_are_named_with_their_cameras(rendered: list[str]) -> None:

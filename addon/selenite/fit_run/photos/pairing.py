@@ -30,20 +30,20 @@ KIND = "pairing"
 
 @dataclass(frozen=True)
 class Pairing:
-    """camera: photo's id -> the camera whose render it looks like, of those that are paired wrong.
-    likeness: photos by cameras, each -1 to 1."""
+    """camera: photo's id -> the camera whose render it resembles, of those that are paired wrong.
+    correlation: photos by cameras, each -1 to 1."""
 
     camera: Mapping[str, str]
-    likeness: np.ndarray
+    correlation: np.ndarray
 
     def problems(self, captures: Sequence[Capture]) -> list[Problem]:
         """One for all of them."""
         if not self.camera:
             return []
         wrong = [item for item in captures if item.id in self.camera]
-        looks = "; ".join(f"'{item.id}' like camera '{self.camera[item.id]}'" for item in wrong)
+        resembles = "; ".join(f"'{item.id}' like camera '{self.camera[item.id]}'" for item in wrong)
         title = f"Photos {listed(item.id for item in wrong)}"
-        cause = f"they seem to be paired with wrong cameras ({looks})"
+        cause = f"they seem to be paired with wrong cameras ({resembles})"
         return [Problem(title, cause, "give each photo its camera", KIND)]
 
 
@@ -55,7 +55,7 @@ def paired(
 ) -> Pairing:
     """captures: of HEIGHT. cameras: all of the scene. go_on: called before each render; raises."""
     own = {item.camera: item for item in captures}
-    likeness = np.full((len(captures), len(cameras)), -1.0)
+    correlation = np.full((len(captures), len(cameras)), -1.0)
     for column, camera in enumerate(cameras):
         seen: dict[tuple[Any, ...], np.ndarray] = {}
         for row, capture in enumerate(captures):
@@ -67,22 +67,22 @@ def paired(
                 picture = render_capture(scene, there, _SPP, depth=_DEPTH)
                 seen[key] = _levelled(picture)
             photo = _levelled(capture.reference)
-            likeness[row, column] = _correlation(photo, seen[key], capture.weight)
-    return Pairing(_better([item.id for item in captures], captures, cameras, likeness), likeness)
+            correlation[row, column] = _correlation(photo, seen[key], capture.weight)
+    return Pairing(_better([item.id for item in captures], captures, cameras, correlation), correlation)
 
 
 def _better(
     ids: Sequence[str],
     captures: Sequence[Capture],
     cameras: Sequence[str],
-    likeness: np.ndarray,
+    correlation: np.ndarray,
 ) -> dict[str, str]:
     """Photos that are clearly more like another camera, one that no rightly paired photo has."""
     found = {}
     for row, capture in enumerate(captures):
-        own = likeness[row, cameras.index(capture.camera)]
-        best = int(likeness[row].argmax())
-        if own < _UNLIKE and likeness[row, best] > own + _BETTER:
+        own = correlation[row, cameras.index(capture.camera)]
+        best = int(correlation[row].argmax())
+        if own < _UNLIKE and correlation[row, best] > own + _BETTER:
             found[ids[row]] = cameras[best]
     if len(set(found.values())) < len(found):
         return {}  # two photos cannot be of the same place

@@ -134,7 +134,7 @@ CAMERAS: dict[str, dict[str, str]] = {}
 
 
 class SELENITE_OT_pair_photos(bpy.types.Operator):
-    """Give each photo the camera whose render it looks like"""
+    """Give each photo the camera whose render it resembles"""
 
     bl_idname = "selenite.pair_photos"
     bl_label = "Swap Photos"

@@ -55,7 +55,7 @@ class Making:
             try:
                 seconds = 0.0
                 while process.poll() is None:
-                    yield Step(seconds / (seconds + _USUAL), "making the sample scene")
+                    yield Step(seconds / (seconds + _USUAL), "Making the sample scene")
                     time.sleep(_POLL)
                     seconds += _POLL
             finally:
