@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from made_results import plan_of, result_of  # noqa: E402
 
-from selenite.fit_run.answer.table import Line, half_number, interval, lines, number, sentences  # noqa: E402
+from selenite.fit_run.answer.table import Line, interval, lines, number, sentences, with_half  # noqa: E402
 from selenite.parameters import table  # noqa: E402
 
 
@@ -26,10 +26,15 @@ def test_a_number_has_the_digits_that_are_known() -> None:
 
 
 @pytest.mark.parametrize(
-    ("half", "text"), [(0.0041, "0.004"), (0.0123, "0.012"), (0.36, "0.4"), (3.2, "3"), (0, "0")]
-)
+    ("half", "text"),
+    [
+        (0.0041, "0.303 \u00b1 0.004"), (0.0123, "0.30 \u00b1 0.01"), (0.36, "0.3 \u00b1 0.4"),
+        (3.2, "0 \u00b1 3"), (0.01, "0.30 \u00b1 0.01"),
+    ],
+)  # fmt: skip
 def test_half_of_an_interval_has_one_digit(half: float, text: str) -> None:
-    assert half_number(half) == text
+    assert with_half([0.303], half) == text
+    assert with_half([0.303, 0.303], half).split(" \u00b1")[0].split(" ") == [text.split()[0]] * 2
 
 
 def test_each_parameter_is_a_line() -> None:

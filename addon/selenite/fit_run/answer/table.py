@@ -5,6 +5,7 @@ have the same lines."""
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -85,12 +86,15 @@ def number(value: float, half: float | None = None) -> str:
     return f"{value:.{_DIGITS}g}" if half is None else f"{value:.{decimals(half)}f}"
 
 
-def half_number(half: float) -> str:
-    """Half of an interval, in one digit; two where the first is a 1."""
-    if half <= 0:
-        return "0"
-    power = math.floor(math.log10(half) + _ROUNDING)
-    return f"{half:.{min(max((half < 2 * 10.0**power) - power, 0), _MOST)}f}"
+def with_half(values: Sequence[float], half: float) -> str:
+    """ "0.303 \u00b1 0.004": half of an interval in one digit, the values alike."""
+    places = min(max(decimals(half) - 1, 0), _MOST)
+    return " ".join(f"{value:.{places}f}" for value in values) + half_text(half)
+
+
+def half_text(half: float) -> str:
+    """ " \u00b1 0.004" """
+    return f" \u00b1 {half:.{min(max(decimals(half) - 1, 0), _MOST)}f}"
 
 
 def interval(low: float, high: float) -> str:

@@ -68,7 +68,9 @@ def paired(
                 seen[key] = _levelled(picture)
             photo = _levelled(capture.reference)
             correlation[row, column] = _correlation(photo, seen[key], capture.weight)
-    return Pairing(_better([item.id for item in captures], captures, cameras, correlation), correlation)
+    return Pairing(
+        _better([item.id for item in captures], captures, cameras, correlation), correlation
+    )
 
 
 def _better(

@@ -86,8 +86,8 @@ def next_step(scene: bpy.types.Scene) -> tuple[str, str]:
 
 
 def _news() -> list[str]:
-    """How the last fit, the last check and the sample scene went."""
-    found = [translated(state.RUN.message), state.CHECK.message, *state.SAMPLE.lines]
+    """How the last fit, or the check after it, and the sample scene went."""
+    found = [state.CHECK.message or translated(state.RUN.message), *state.SAMPLE.lines]
     return [text for text in found if text]
 
 

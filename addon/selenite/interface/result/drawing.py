@@ -18,7 +18,8 @@ ICONS = {"SURE": "CHECKMARK", "WEAK": "ERROR", "OPEN": "CANCEL", "UNKNOWN": "QUE
 _THINNEST = 0.03
 _BAR_HEIGHT = 0.35
 #: Share of a line that a name has; pixels that panel, tabs and square take, and a label.
-_NAME, _TAKEN, _MARGIN = 0.55, 59, 12
+_NAME, _TAKEN, _MARGIN = 0.45, 59, 12
+_SWATCH = 0.4  # share that it has of its half of the line
 _WIDE = 45  # letters of a line with room for a colour in figures
 _WIDE_TABLE = 55  # letters of a line with room for the table
 #: Shares of a line that the columns of the table have.
@@ -93,16 +94,14 @@ def _draw_cells(column: bpy.types.UILayout, cells: Sequence[str]) -> None:
 
 def value_text(row: bpy.types.PropertyGroup) -> str:
     """ "0.312 \u00b1 0.004": the value and half of its interval."""
-    values = list(row.value[: row.width])
-    half = _half(row)
-    text = " ".join(f"{x:.2f}" for x in values) if row.width > 1 else table.number(values[0], half)
-    return text + half_text(row) + unit_text(row.unit)
-
-
-def half_text(row: bpy.types.PropertyGroup) -> str:
-    """ " \u00b1 0.004"; "" where no interval is known."""
-    half = _half(row)
-    return "" if half is None else f" \u00b1 {table.half_number(half)}"
+    values, half = list(row.value[: row.width]), _half(row)
+    if half is not None:
+        text = table.with_half(values, half)
+    elif row.width > 1:
+        text = " ".join(f"{x:.2f}" for x in values)
+    else:
+        text = f"{values[0]:.3g}"
+    return text + unit_text(row.unit)
 
 
 def _half(row: bpy.types.PropertyGroup) -> float | None:
@@ -120,8 +119,12 @@ def _draw_value(column: bpy.types.UILayout, row: bpy.types.PropertyGroup, *, wid
     parts.label(text=abbreviated(label_of(row), room), translate=False)
     right = parts.row(align=True)
     if row.width == 3 and not row.is_vector and max(row.swatch) <= 1:
-        right.prop(row, "swatch", text="")
-        right.label(text=value_text(row) if wide else half_text(row), translate=False)
+        half = _half(row)
+        narrow = "" if half is None else table.half_text(half)
+        both = right.split(factor=_SWATCH) if wide or narrow else right
+        both.prop(row, "swatch", text="")
+        if wide or narrow:
+            both.label(text=value_text(row) if wide else narrow, translate=False)
     else:
         right.label(text=value_text(row), translate=False)
     if row.sureness == "UNKNOWN":
