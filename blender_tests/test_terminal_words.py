@@ -161,8 +161,8 @@ def test_gains_beside_an_unknown_light_are_said_at_its_level(scene, tmp_path, ca
 
 
 def test_several_materials_without_a_choice_give_a_command_to_copy(scene, capsys):
-    other = made.material("Other", roughness=0.2)
-    bpy.data.objects["Body"].data.materials.append(other)
+    made.sphere("Aside", made.material("Aside", roughness=0.2)).location.x = 3.0
+    bpy.context.view_layer.objects.active = bpy.data.objects["Body"]
     path = made.save(Path(scene).with_name("two.blend"))
     assert main(["fit", path, "--photo=Camera=a photo.png"]) == 2
     said = capsys.readouterr().err

@@ -95,7 +95,6 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     settings = _settings(args, base, problems)
     stages = arguments.stages(args.stages, problems)
     unknowns = unknowns_of(args, base, values, stages, problems)
-    problems[:] = [_with_command(item, args, scene, values) for item in problems]
     names = [join_name(item.owner, item.parameter) for item in unknowns]
     captures = captures_from(args, base.captures or captures_of(scene), values, problems)
     wanted = args.stages or USUAL
@@ -116,7 +115,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         plan = prepare(values, request, packed)
     except BadInput as error:
         problems += error.problems
-    arguments.stop_if(problems)
+    arguments.stop_if([_with_command(item, args, scene, values) for item in problems])
     if args.stages == AUTO:
         plan = _choose_stages(plan, lambda chosen: prepare(values, chosen, packed))
     inputs = inputs_of(values, plan.request, packed)

@@ -90,9 +90,8 @@ class SELENITE_OT_close_body(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Of the object that the problem names, which becomes the active one."""
-        item = thing_of(self.thing)
-        objects = context.view_layer.objects
-        if item is None or objects.get(item.name) != item:
+        item, objects = thing_of(self.thing), context.view_layer.objects
+        if not isinstance(item, bpy.types.Object) or item.name not in objects:
             announce(self, {"WARNING"}, "Nothing in the view layer is or has it")
             return {"CANCELLED"}
         objects.active = item

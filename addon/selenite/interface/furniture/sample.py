@@ -50,8 +50,8 @@ class Making:
     def steps(self) -> Iterator[Step]:
         """Some each second, until the other Blender has ended."""
         self._target.unlink(missing_ok=True)
-        options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
-        with subprocess.Popen(self._command, **options) as process:
+        quiet, kept = subprocess.DEVNULL, subprocess.PIPE
+        with subprocess.Popen(self._command, stdout=quiet, stderr=kept) as process:
             try:
                 seconds = 0.0
                 while process.poll() is None:
@@ -60,7 +60,7 @@ class Making:
                     seconds += _POLL
             finally:
                 process.kill()
-            said = process.stderr.read().decode(errors="replace")
+            said = process.stderr.read().decode(errors="replace") if process.stderr else ""
         if process.returncode == 0 and self._target.is_file():
             self.path = self._target
         else:
