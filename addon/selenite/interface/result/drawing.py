@@ -18,7 +18,7 @@ ICONS = {"SURE": "CHECKMARK", "WEAK": "ERROR", "OPEN": "CANCEL", "UNKNOWN": "QUE
 _THINNEST = 0.03
 _BAR_HEIGHT = 0.35
 #: Share of a line that a name has; pixels that panel, tabs and square take, and a label.
-_NAME, _TAKEN, _MARGIN = 0.45, 59, 12
+_NAME, _TAKEN, _MARGIN = 0.5, 59, 12
 _SWATCH = 0.4  # share that it has of its half of the line
 _WIDE = 45  # letters of a line with room for a colour in figures
 _WIDE_TABLE = 55  # letters of a line with room for the table
