@@ -6,6 +6,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+from selenite import native
 from selenite.parameters import table
 
 EXPLAINED = {"value": 0.0001, "standard_error": 0.0001, "explained": True}
@@ -40,6 +41,7 @@ def result_of(
         }  # fmt: skip
     return {
         "values_best": values,
+        "stopped": native.core().StopReason.CONVERGED,
         "report": {
             "parameters": report, "passes": 3, "alternative_minima": [], "ambiguous": [],
             "misfit": misfit or EXPLAINED,

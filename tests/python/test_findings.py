@@ -13,6 +13,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from made_results import plan_of, result_of  # noqa: E402
 
+from selenite import native  # noqa: E402
 from selenite.fit_run.answer import findings as module  # noqa: E402
 from selenite.fit_run.answer.findings import OPEN, SURE, UNKNOWN, WEAK, findings  # noqa: E402
 
@@ -97,7 +98,8 @@ def test_a_good_result_says_what_to_do() -> None:
 
 def test_without_a_report_nothing_is_said_to_be_sure() -> None:
     plan = plan_of("roughness")
-    result = {"values_best": {"Jade:roughness": [0.3]}}
+    ended = native.core().StopReason.CONVERGED
+    result = {"values_best": {"Jade:roughness": [0.3]}, "stopped": ended}
     found = findings(plan, result)[0]
     assert found.sureness == UNKNOWN and found.low == ()
     assert verdict(plan, result)[0] == UNKNOWN
@@ -111,6 +113,7 @@ def test_a_fit_that_had_not_converged_says_what_to_do_before_it_blames_the_scene
         "validation_standard_error": [1e-5] * 4,
     }  # fmt: skip
     result = result_of(misfit, roughness=(0.28, 0.3, 0.32)) | {"history": history}
-    assert "Wrong camera" in verdict(plan, result | {"stopped_because": "converged"})[1]
-    icon, text = verdict(plan, result | {"stopped_because": "all iterations done"})
+    assert "Wrong camera" in verdict(plan, result)[1]
+    ended = {"stopped": native.core().StopReason.ITERATIONS}
+    icon, text = verdict(plan, result | ended)
     assert icon == WEAK and "fit again with more iterations" in text
