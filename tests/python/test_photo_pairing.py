@@ -35,14 +35,14 @@ def rendered(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Cameras in the order in which they are rendered."""
     found: list[str] = []
 
-    def render(_scene: Any, capture: Any, *_numbers: Any, **_options: Any) -> np.ndarray:
+    def render(_scene: Any, capture: Any) -> np.ndarray:
         found.append(capture.camera)
         return view_of(capture.camera)
 
     def replaced(item: Any, **changes: Any) -> Any:
         return SimpleNamespace(**(vars(item) | changes))
 
-    monkeypatch.setattr(pairing, "render_capture", render)
+    monkeypatch.setattr(pairing, "_rendered", render)
     monkeypatch.setattr(pairing, "replace", replaced)
     return found
 

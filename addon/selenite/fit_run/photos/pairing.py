@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from ... import native
 from ...problems import Problem, listed
 from ..captures.prepared import Capture
-from ..captures.render import render_capture
 
 #: Height of the pictures that are compared, samples of a render, and photos up to which all are.
 HEIGHT, MOST = 64, 24
@@ -64,13 +64,19 @@ def paired(
                 go_on()
                 lights = own.get(camera, capture).lights
                 there = replace(capture, camera=camera, lights=lights)
-                picture = render_capture(scene, there, _SPP, depth=_DEPTH)
-                seen[key] = _levelled(picture)
+                seen[key] = _levelled(_rendered(scene, there))
             photo = _levelled(capture.reference)
             correlation[row, column] = _correlation(photo, seen[key], capture.weight)
     return Pairing(
         _better([item.id for item in captures], captures, cameras, correlation), correlation
     )
+
+
+def _rendered(scene: Any, capture: Capture) -> np.ndarray:  # noqa: ANN401 - a native Scene
+    """What the capture's camera shows, (h, w, 3)."""
+    evaluator = native.core().Evaluator(scene, depth=_DEPTH)
+    picture: np.ndarray = evaluator.picture(capture.view(), _SPP).image
+    return picture
 
 
 def _better(
