@@ -99,7 +99,8 @@ class SELENITE_OT_open_sample(bpy.types.Operator):
             if job.work.path is None:
                 announce(self, {"ERROR"}, _failure(job.work))
                 return {"CANCELLED"}
-            return bpy.ops.wm.open_mainfile(filepath=str(job.work.path))
+            _open(job.work.path)
+            return {"FINISHED"}
         SAMPLE.start(job, context.scene.name)
         bpy.app.timers.register(_wait, first_interval=_POLL, persistent=True)
         redraw(context)
@@ -140,11 +141,17 @@ def _wait() -> float | None:
     if job.work.path is not None:
         window = bpy.context.window_manager.windows[0]
         with bpy.context.temp_override(window=window):
-            bpy.ops.wm.open_mainfile(filepath=str(job.work.path), load_ui=False)
+            _open(job.work.path)
     elif job.work.trouble:
         SAMPLE.lines = [_failure(job.work)]
         redraw(bpy.context)
     return None
+
+
+def _open(path: Path) -> None:
+    """With the windows as they are, and a fit that takes about a minute."""
+    bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
+    bpy.context.scene.selenite.preset = "draft"
 
 
 def _failure(work: Making) -> str:
