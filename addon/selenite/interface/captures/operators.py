@@ -67,9 +67,9 @@ class SELENITE_OT_remove_capture(bpy.types.Operator):
 
 
 class SELENITE_OT_load_photos(bpy.types.Operator):
-    """Load photos and pair them with cameras of the same name: Camera.png, and Camera#2.png for a
-    second photo of Camera. Where none is chosen, all that are named so. At the first time also
-    lists the parameters and ticks the usual ones of the active object's material"""
+    """Load photos and pair them with cameras of the same name: Camera.png, Camera#2.png. Where none
+    is chosen, all that are named so. At the first time also lists the parameters and ticks the
+    usual ones of the active material"""
 
     bl_idname = "selenite.load_photos"
     bl_label = "Load Photos"

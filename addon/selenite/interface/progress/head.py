@@ -60,9 +60,9 @@ class SELENITE_PT_head(bpy.types.Panel):
         _draw_problems(layout, context)
         for line in _news():
             paragraph(layout, context, line, "INFO")
-        if state.PAIRING.job is not None:
-            layout.label(text="Comparing photos with cameras", icon="SORTTIME")
         _draw_next(layout, context)
+        if state.PAIRING.job is not None:  # below: it must not move a button that is being pressed
+            paragraph(layout, context, "Comparing photos with cameras", "SORTTIME")
 
 
 def next_step(scene: bpy.types.Scene) -> tuple[str, str]:
