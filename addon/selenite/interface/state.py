@@ -177,8 +177,12 @@ class Check:
     def start(self, job: CheckJob, scene_name: str) -> None:
         """Starts the other process."""
         self.job, self.scene_name, self.progress = job, scene_name, None
-        self.message, self.lines, self.sheet = "", [], None
+        self.forget()
         job.start()
+
+    def forget(self) -> None:
+        """What the last one has found is no longer about the result."""
+        self.message, self.lines, self.sheet = "", [], None
 
     def stop(self) -> None:
         """Ends the other process and forgets the job."""
@@ -267,7 +271,9 @@ SAVE = Background()
 ROTATION = Background()
 MASK = Background(hears=False)
 SPOTS = Background(hears=False)
-JOBS = (TRADE, NEXT, ESTIMATE, STAGES, SAVE, ROTATION, MASK, SPOTS)
+SAMPLE = Background()
+PAIRING = Background()
+JOBS = (TRADE, NEXT, ESTIMATE, STAGES, SAVE, ROTATION, MASK, SPOTS, SAMPLE)
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last read it.
@@ -276,11 +282,24 @@ SHAPES: dict[str, list[str]] = {}
 PROBLEMS: dict[str, list[Problem]] = {}
 
 
+def forget() -> None:
+    """Another file is open: what was said and found is about the one before, whose scenes may have
+    the same names."""
+    for kept in (PROBLEMS, EXPECTED, SHAPES, CHECK.contents):
+        kept.clear()
+    CHECK.forget()
+    for item in JOBS:
+        item.lines = []
+    if not RUN.is_active:
+        RUN.plan = RUN.result = RUN.folder = None
+        RUN.message, RUN.owners = "", {}
+
+
 def end() -> None:
     """Ends all that runs and waits for every thread: one that comes back from native code while
     Python ends takes the whole process with it."""
     CHECK.stop()
-    for item in (*JOBS, READING):
+    for item in (*JOBS, PAIRING, READING):
         item.stop()
     RUN.stop(keep=False)
     while RUN.left:
