@@ -49,7 +49,7 @@ class FitSettings:
                 cause = f"{value} lies outside [{number(low)}, {number(high)}]"
                 found.append(Problem(f"Setting '{name}'", cause, "give a value inside"))
         core = native.core()
-        losses = {row["name"]: row for row in core.losses()}
+        losses = {row["name"]: row["least_spp"] for row in core.losses()}
         optimisers = ["auto", *(row["name"] for row in core.optimisers())]
         for name, choices in (("loss", list(losses)), ("optimiser", optimisers)):
             if getattr(self, name) not in choices:
@@ -59,7 +59,7 @@ class FitSettings:
         if self.search not in SEARCHES:
             cure = choice(self.search, SEARCHES)
             found.append(Problem("Setting 'search'", f"'{self.search}' is not known", cure))
-        least = losses.get(self.loss, {}).get("least_spp", 1)
+        least = losses.get(self.loss, 1)
         if self.spp < least:
             cause = f"loss '{self.loss}' needs {least} samples per pixel"
             found.append(Problem("Setting 'spp'", cause, f"give at least {least}"))
