@@ -46,7 +46,7 @@ class Parameter:
         """In words, as in "Coat IOR"."""
         return " ".join("IOR" if word == "ior" else word.title() for word in self.name.split("_"))
 
-    def find(self, node: Any) -> Any | None:  # noqa: ANN401 - a bpy node, and bpy is not imported here
+    def find(self, node: Any) -> Any | None:  # a bpy node, and bpy is not imported here
         """The input of `node` that holds this parameter under any of its names, or None."""
         for name in self.sockets:
             if name in node.inputs:

@@ -8,7 +8,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..fit_run.answer.results import new_folder, size_of
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, load
@@ -34,13 +34,17 @@ from .fit_results import deliver
 from .scene import open_scene, reading_of
 from .terminal import bar, say
 
+if TYPE_CHECKING:
+    from .._core import FitResult
+    from ..json_text import JsonObject
+
 #: Where the result folder goes without --out; a resumed run stays where it was.
 DEFAULT_OUT = "selenite-fits"
 # Arguments that replace a setting of the preset or of the run file.
 _SETTINGS = tuple(field.name for field in fields(FitSettings))
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> JsonObject:
     """Fits, writes the result folder and, with --save, the scene. SCENE may be a run.json."""
     problems: list[Problem] = []
     resumes, out = args.resume is not None, args.out
@@ -165,7 +169,7 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     return scene, values, plan, replace(run, inputs=run.inputs or now)
 
 
-def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> dict[str, Any]:
+def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FitResult:
     """Runs to the end; Ctrl+C stops and keeps the best values so far. Of a fit that fails before
     its first iteration no folder stays; then raises BadInput, else FitFailed."""
     job.start()
