@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,18 +14,21 @@ from ... import native
 from ..settings import FitSettings
 from .prepared import Alignment, Capture, Gain
 
+if TYPE_CHECKING:
+    from ..._core import Evaluator, FitResult, Scene
 
-def evaluator(scene: Any, settings: FitSettings) -> Any:  # noqa: ANN401 - native Scene, Evaluator
+
+def evaluator(scene: Scene, settings: FitSettings) -> Evaluator:
     """Of pictures and derivatives at a scene's values, as a fit with these settings makes them."""
     return native.core().Evaluator(scene, depth=settings.depth, threads=settings.threads)
 
 
-def as_found(capture: Capture, result: Mapping[str, Any] | None) -> Capture:
+def as_found(capture: Capture, result: FitResult | None) -> Capture:
     """The capture with the gain and alignment that a fit has found, by its native result."""
     return replace(capture, gain=gain_of(capture, result), alignment=alignment_of(capture, result))
 
 
-def as_reported(capture: Capture, report: Mapping[str, Any] | None) -> Capture:
+def as_reported(capture: Capture, report: Mapping[str, object] | None) -> Capture:
     """The same by result.json. Raises ValueError where a file holds no such numbers."""
     return replace(
         capture, gain=gain_of(capture, report), alignment=alignment_in_file(capture, report)
@@ -41,7 +44,7 @@ def like(capture: Capture, other: Capture | None) -> Capture:
     return replace(capture, gain=other.gain, alignment=(across * factor, down * factor, roll))
 
 
-def gain_of(capture: Capture, result: Mapping[str, Any] | None = None) -> Gain:
+def gain_of(capture: Capture, result: Mapping[str, object] | None = None) -> Gain:
     """The photo's gain: what a fit has found (`result`: its own or result.json), else the capture's
     own. Raises ValueError where a file holds something else than positive numbers."""
     rows = (result or {}).get("captures") or {}
@@ -56,7 +59,7 @@ def gain_of(capture: Capture, result: Mapping[str, Any] | None = None) -> Gain:
     return (numbers[0], numbers[1], numbers[2])
 
 
-def alignment_of(capture: Capture, result: Mapping[str, Any] | None) -> Alignment:
+def alignment_of(capture: Capture, result: FitResult | None) -> Alignment:
     """What a fit has found, by its native result, for a picture of the reference's size. After
     stages it is of the last one's pictures, which may have another height."""
     shift = ((result or {}).get("captures", {}).get(capture.id) or {}).get("shift")
@@ -69,7 +72,7 @@ def alignment_of(capture: Capture, result: Mapping[str, Any] | None) -> Alignmen
     return (across * scale, down * scale, roll)
 
 
-def alignment_in_file(capture: Capture, report: Mapping[str, Any] | None) -> Alignment:
+def alignment_in_file(capture: Capture, report: Mapping[str, object] | None) -> Alignment:
     """The same by result.json, where a shift is in pixels of the photo and degrees. Raises
     ValueError where it holds something else than three numbers."""
     rows = (report or {}).get("captures") or {}
