@@ -256,10 +256,25 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
             "more than their intervals say"
         )
     found = result.get("search") or {}
-    if found.get("points"):
+    if found.get("points") and stopped_in_search(result):
+        which = "the best of them" if found["moved"] else "the start's: none is clearly better"
+        lines.append(
+            f"Stopped in the multi-start after {found['points']} starting points: the values are "
+            f"{which}, not refined"
+        )
+    elif stopped_in_search(result):
+        lines.append("Stopped before the first iteration: values are the start's")
+    elif found.get("points"):
         went = "continued from another one" if found["moved"] else "kept the given one"
         lines.append(f"Multi-start: evaluated {found['points']} starting points and {went}")
     return lines
+
+
+def stopped_in_search(result: dict[str, Any]) -> bool:
+    """Whether a fit was stopped in its multi-start, so that no step has followed."""
+    history = result.get("history") or {}
+    rows = len(history.get("iteration", ()))
+    return result.get("stopped_because") == "cancelled" and not rows
 
 
 def unexplained_percent(result: dict[str, Any]) -> float:
@@ -268,7 +283,7 @@ def unexplained_percent(result: dict[str, Any]) -> float:
     themselves is the larger one."""
     left = misfit(result)
     of_fit = max(left["value"], 0.0) if left else 0.0
-    shares = [item.get("unexplained", 0.0) for item in (result.get("captures") or {}).values()]
+    shares = [item.get("unexplained") or 0.0 for item in (result.get("captures") or {}).values()]
     of_photos = sum(share**2 for share in shares) / max(len(shares), 1)
     return float(100 * max(of_fit, of_photos) ** 0.5)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
@@ -24,9 +24,8 @@ from .light_states import AS_IN_SCENE, LightState, light_state
 if TYPE_CHECKING:
     from ..._core import Frame, Photo
 
-#: How the warning begins that names them.
-LEFT_OUT = "Cameras without a photo are left out"
-
+#: Names of cameras that a line has.
+_FEW = 3
 #: Why a pixel is not used, by its name in the counts of the native reader.
 _UNUSED = {
     "not_finite": "not finite",
@@ -42,6 +41,14 @@ Gain = tuple[float, float, float]
 #: Of a camera, in pixels of its picture to the right and down, and in radians about its axis.
 Alignment = tuple[float, float, float]
 UNALIGNED: Alignment = (0.0, 0.0, 0.0)
+
+
+class _Taken(TypedDict):
+    """How a photo was taken, whether its pixels are wanted or not."""
+
+    id: str
+    lights: LightState
+    gain: Gain
 
 
 @dataclass(frozen=True)
@@ -123,7 +130,7 @@ class Capture:
             alignment=(across * width / columns, down * height / rows, roll), **self._taken(),
         )  # fmt: skip
 
-    def _taken(self) -> dict[str, object]:
+    def _taken(self) -> _Taken:
         return {"id": self.id, "lights": self.lights, "gain": self.gain}
 
     def small(self, size: tuple[int, int]) -> Capture:
@@ -183,10 +190,19 @@ def read_captures(
             capture = _read(camera, request, height, silhouettes, problems, warnings, packed)
             lights = light_state(scene, request, problems)
             captures += [replace(capture, lights=lights)] if capture is not None else []
-    left_out = [name for name in cameras if name not in {item.camera for item in requests}]
-    if requests and left_out:
-        warnings.append(f"{LEFT_OUT}: {listed(left_out)}")
     return captures
+
+
+def without_photo(scene: SceneValues, requests: Sequence[CaptureRequest]) -> str:
+    """One line on the cameras that no photo belongs to; "" where there are none. It is no warning:
+    a fit does not need them."""
+    used = {item.camera for item in requests}
+    names = [camera.name for camera in scene.cameras if camera.name not in used]
+    if not names or not requests:
+        return ""
+    first = listed(names[:_FEW])
+    rest = f" and {len(names) - _FEW} more" if len(names) > _FEW else ""
+    return f"{len(names)} of {len(scene.cameras)} cameras have no photo: {first}{rest}"
 
 
 def _read(

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ..settings import FitSettings
 from .prepared import Alignment, Capture, Gain
 
 if TYPE_CHECKING:
-    from ..._core import Evaluator, FitResult, Scene
+    from ..._core import Evaluator, Scene
 
 
 def evaluator(scene: Scene, settings: FitSettings) -> Evaluator:
@@ -23,7 +23,7 @@ def evaluator(scene: Scene, settings: FitSettings) -> Evaluator:
     return native.core().Evaluator(scene, depth=settings.depth, threads=settings.threads)
 
 
-def as_found(capture: Capture, result: FitResult | None) -> Capture:
+def as_found(capture: Capture, result: Mapping[str, Any] | None) -> Capture:
     """The capture with the gain and alignment that a fit has found, by its native result."""
     return replace(capture, gain=gain_of(capture, result), alignment=alignment_of(capture, result))
 
@@ -59,7 +59,7 @@ def gain_of(capture: Capture, result: Mapping[str, object] | None = None) -> Gai
     return (numbers[0], numbers[1], numbers[2])
 
 
-def alignment_of(capture: Capture, result: FitResult | None) -> Alignment:
+def alignment_of(capture: Capture, result: Mapping[str, Any] | None) -> Alignment:
     """What a fit has found, by its native result, for a picture of the reference's size. After
     stages it is of the last one's pictures, which may have another height."""
     shift = ((result or {}).get("captures", {}).get(capture.id) or {}).get("shift")
