@@ -153,6 +153,18 @@ def test_stub_has_the_names_and_parameters_of_the_module(name: str) -> None:
         assert stub[item] == there, item
 
 
+@pytest.mark.parametrize("name", MODULES)
+def test_the_type_of_a_module_has_all_its_names(name: str) -> None:
+    tree = ast.parse(Path(native.__file__).read_text(encoding="utf-8"))
+    kind = {"_core": "Core", "_image": "Image"}[name]
+    (body,) = (n.body for n in ast.walk(tree) if isinstance(n, ast.ClassDef) and n.name == kind)
+    named = {node.target.id for node in body if isinstance(node, ast.AnnAssign)}
+    bound = {node.targets[0].id: node.value for node in body if isinstance(node, ast.Assign)}
+    assert named | bound.keys() == _of_stub(name).keys()
+    for item, value in bound.items():
+        assert ast.unparse(value) in (f"{name}.{item}", f"staticmethod({name}.{item})")
+
+
 def test_the_keys_of_dicts_are_those_of_the_module(tmp_path: Path) -> None:
     core, image, picture = native.core(), native.image(), tmp_path / "grey.png"
     image.write_png(picture, np.full((2, 3, 3), 0.5, np.float32))

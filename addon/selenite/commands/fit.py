@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..fit_run.answer.results import new_folder, size_of
 from ..fit_run.captures.prepared import without_photo
@@ -40,6 +40,9 @@ from .terminal import bar, say
 if TYPE_CHECKING:
     from .._core import FitResult
     from ..json_text import JsonObject
+    from ..scene_read.hosts import BpyStruct
+
+    Planned = tuple[BpyStruct, SceneValues, FitPlan, Unfinished]  # bpy scene, its values
 
 #: Where the result folder goes without --out; a resumed run stays where it was.
 DEFAULT_OUT = "selenite-fits"
@@ -85,9 +88,6 @@ def run(args: argparse.Namespace) -> JsonObject:
     recorder = Recorder(unfinished, plan.request, run.inputs)
     result = _fit(job, recorder, resumed=resumes)
     return deliver(args, scene, values, plan, result, out, save, recorder, checks)
-
-
-Planned = tuple[Any, SceneValues, FitPlan, Unfinished]  # bpy scene, its values
 
 
 def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
