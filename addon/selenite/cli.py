@@ -15,7 +15,7 @@ import tempfile
 import traceback
 from collections.abc import Sequence
 from contextlib import redirect_stdout, suppress
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from . import __version__
 from .commands import addon_settings
@@ -24,6 +24,9 @@ from .commands.terminal import say
 from .json_text import json_text
 from .native import NativeUnavailable
 from .problems import BadInput, Failed, Problem
+
+if TYPE_CHECKING:
+    from .json_text import JsonObject
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -70,7 +73,7 @@ def _run(argv: Sequence[str], json_out: TextIO) -> int:
     return _report(args.command, _done(args), json_out if args.json else None)
 
 
-def _done(args: argparse.Namespace) -> dict[str, Any]:
+def _done(args: argparse.Namespace) -> JsonObject:
     """What the command reports; of one that fails the key "problems" or "error"."""
     args.parser = build_parser()
     try:
@@ -132,7 +135,7 @@ def _as_json(error: BadInput) -> list[dict[str, str]]:
     return [problem.as_json() for problem in error.problems]
 
 
-def _report(command: str, report: dict[str, Any], json_out: TextIO | None) -> int:
+def _report(command: str, report: JsonObject, json_out: TextIO | None) -> int:
     """Says what is wrong, writes the object where one is asked for; returns the exit status."""
     status = 0
     if "error" in report:

@@ -55,11 +55,12 @@ BLENDER_MODULES = {"bpy", "bmesh", "mathutils", "gpu", "blf", "bpy_extras", "add
 
 # Rooms of the add-on: each knows those before it. The package itself is not one of them: it is a
 # parent of every module, and registers the interface.
+# Of the native modules types alone are imported.
 ROOMS = (
-    "problems", "paths", "json_text", "native", "parameters", "atomic_files", "grid_files",
-    "mean_free_path", "environments", "scene_read", "write_back", "fit_run", "information",
-    "next_camera", "trade", "cycles_check", "importers", "commands", "demo", "cli", "interface",
-    "__main__",
+    "_core", "_image", "problems", "paths", "json_text", "native", "parameters", "atomic_files",
+    "grid_files", "mean_free_path", "environments", "scene_read", "write_back", "fit_run",
+    "information", "next_camera", "trade", "cycles_check", "importers", "commands", "demo", "cli",
+    "interface", "__main__",
 )  # fmt: skip
 
 VAGUE = re.compile(r"(^|_)(utils?|helpers?|common|manager|misc)($|_)")

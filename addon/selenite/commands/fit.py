@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..fit_run.answer.results import new_folder, size_of
 from ..fit_run.captures.prepared import without_photo
@@ -38,13 +38,20 @@ from .fitted.start_result import begin_at, checked, start_folder, starting_there
 from .scene import open_scene, reading_of
 from .terminal import bar, say
 
+if TYPE_CHECKING:
+    from .._core import FitResult
+    from ..json_text import JsonObject
+    from ..scene_read.hosts import BpyStruct
+
+    Planned = tuple[BpyStruct, SceneValues, FitPlan, Unfinished]  # bpy scene, its values
+
 #: Where the result folder goes without --out; a resumed run stays where it was.
 DEFAULT_OUT = "selenite-fits"
 # Arguments that replace a setting of the preset or of the run file.
 _SETTINGS = tuple(field.name for field in fields(FitSettings))
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> JsonObject:
     """Fits, writes the result folder and, with --save, the scene. SCENE may be a run.json."""
     problems: list[Problem] = []
     resumes, out = args.resume is not None, args.out
@@ -79,9 +86,6 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     recorder = Recorder(unfinished, plan.request, run.inputs)
     result = _fit(job, recorder, resumed=resumes)
     return deliver(args, scene, values, plan, result, out, save, recorder, checks)
-
-
-Planned = tuple[Any, SceneValues, FitPlan, Unfinished]  # bpy scene, its values
 
 
 def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
@@ -180,7 +184,7 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     return scene, values, plan, replace(run, inputs=run.inputs or now)
 
 
-def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> dict[str, Any]:
+def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FitResult:
     """Runs to the end; Ctrl+C stops and keeps the best values so far. Of a fit that fails before
     its first iteration no folder stays; then raises BadInput, else FitFailed."""
     job.start()
@@ -289,7 +293,7 @@ def unknowns_of(
 def _with_command(
     problem: Problem,
     args: argparse.Namespace,
-    scene: Any,  # noqa: ANN401 - a bpy scene
+    scene: BpyStruct,
     values: SceneValues,
 ) -> Problem:
     """Where the material is not named: a command that names that of the active object, to be

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,6 +28,9 @@ from .staging import plan as stage_plan
 from .staging.plan import Stage
 from .unknowns import Unknown, choose, usual_requests
 
+if TYPE_CHECKING:
+    from .._core import Scene
+
 
 @dataclass(frozen=True)
 class FitPlan:
@@ -36,7 +39,7 @@ class FitPlan:
     """
 
     request: RunRequest
-    scene: Any
+    scene: Scene
     captures: list[Capture]
     unknowns: list[Unknown]
     fields: list[FieldUnknown]
@@ -181,7 +184,7 @@ def _has_medium(values: SceneValues, requests: Sequence[UnknownRequest]) -> bool
 
 
 def _suspicions(
-    values: SceneValues, request: RunRequest, captures: Sequence[Capture], scene: Any
+    values: SceneValues, request: RunRequest, captures: Sequence[Capture], scene: Scene
 ) -> list[str]:
     """Of the photos without a mask, beside what the scene renders at its start values."""
     asked = with_ids(request.captures, (camera.name for camera in values.cameras))
@@ -214,7 +217,7 @@ def _not_files(capture: CaptureRequest) -> list[Problem]:
     return found
 
 
-def build_scene(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no Python type
+def build_scene(values: SceneValues) -> Scene:
     """Builds the native scene; what the native side refuses becomes a Problem. What else is wrong
     with a scene without a camera is told with that."""
     problems = [*values.problems, *not_finite(values)]
@@ -240,7 +243,7 @@ def build_scene(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene ha
     return scene
 
 
-def paths_traced(scene: Any) -> str:  # noqa: ANN401 - a native Scene has no Python type
+def paths_traced(scene: Scene) -> str:
     """How many paths of the scene a thread traces together, and why."""
     obstacle = native.core().lanes_obstacle(scene)
     return f"one at a time: {obstacle}" if obstacle else "eight at a time"

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from typing import Any
 
 import bpy
 
@@ -48,7 +47,7 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
             cure = "refresh the list of parameters"
             problems.append(Problem(title, "its owner is not in the scene", cure))
             continue
-        of_field: dict[str, Any] = {}
+        of_field: dict[str, object] = {}
         if field_rows.is_field(row):
             title = f"Parameter '{parameters.join_name(owner.name, row.parameter)}'"
             try:

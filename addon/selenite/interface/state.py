@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from .. import native
 from ..cycles_check.job import CheckJob
@@ -14,7 +14,7 @@ from ..cycles_check.render_settings import Contents
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.overall import Overall, Shown
 from ..fit_run.plan import FitPlan
-from ..information.job import BackgroundJob
+from ..information.job import BackgroundJob, Work
 from ..information.job import Step as BackgroundStep
 from ..problems import Problem
 from ..scene_read.blender_process import ProcessProgress
@@ -22,6 +22,10 @@ from ..scene_read.reading.job import ReadingJob
 from ..scene_read.values import Owner, SceneValues
 from .running.recorder import BackgroundRecorder, Closing
 from .running.work import Finishing, Preparing
+
+if TYPE_CHECKING:
+    from .._core import FitResult
+    from ..information.conditioning import StageChoice
 
 #: What the panel says of a run that leaves nothing behind.
 CANCELLED = "Cancelled; nothing was changed"
@@ -41,15 +45,21 @@ class Run:
     finishing: BackgroundJob[Finishing] | None = None
     overall: Overall | None = None
     shown: Shown = field(default_factory=Shown)
-    before: tuple[Any, ...] = (None, None, None, {})  # plan, result, folder, owners
-    left: list[BackgroundJob[Any]] = field(default_factory=list)  # cancelled, not at their end
+    # `plan`, `result`, `folder` and `owners` before this run
+    before: tuple[FitPlan | None, FitResult | None, Path | None, dict[str, Owner]] = (
+        None,
+        None,
+        None,
+        {},
+    )
+    left: list[BackgroundJob[Work]] = field(default_factory=list)  # cancelled, not at their end
     scene_name: str = ""
     owners: dict[str, Owner] = field(default_factory=dict)
     progress: Progress | None = None
     keep: bool = True
     recorder: BackgroundRecorder | None = None
     plan: FitPlan | None = None
-    result: dict[str, Any] | None = None
+    result: FitResult | None = None
     folder: Path | None = None
     message: str = ""
 
@@ -200,12 +210,12 @@ class Background:
 
     hears: bool = True
 
-    job: BackgroundJob[Any] | None = None
+    job: BackgroundJob[Work] | None = None
     scene_name: str = ""
     step: BackgroundStep | None = None
     lines: list[str] = field(default_factory=list)
 
-    def start(self, job: BackgroundJob[Any], scene_name: str) -> None:
+    def start(self, job: BackgroundJob[Work], scene_name: str) -> None:
         """Starts the thread."""
         self.job, self.scene_name, self.step, self.lines = job, scene_name, None, []
         job.start()
@@ -238,10 +248,17 @@ class Measurement(Background):
 
 
 @dataclass
+class Choosing(Background):
+    """At most one choice of stages at a time."""
+
+    job: BackgroundJob[StageChoice] | None = None
+
+
+@dataclass
 class SceneReading:
     """At most one reading of the scene at a time that is no part of a fit."""
 
-    job: ReadingJob[Any] | None = None
+    job: ReadingJob[object] | None = None
 
     @property
     def is_cancelled(self) -> bool:
@@ -266,7 +283,7 @@ CHECK = Check()
 TRADE = Measurement()
 NEXT = Background()
 ESTIMATE = Background()
-STAGES = Background()
+STAGES = Choosing()
 SAVE = Background()
 ROTATION = Background()
 MASK = Background(hears=False)

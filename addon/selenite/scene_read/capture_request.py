@@ -6,7 +6,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
-from typing import Any
 
 from ..problems import choice
 
@@ -110,10 +109,10 @@ class CaptureRequest:
             "" if self.response in RESPONSES or self.response.startswith(GAMMA) else self.response
         )
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """A dict of plain values, without what is as usual."""
         usual = CaptureRequest(self.camera, self.photo)
-        found: dict[str, Any] = {"camera": self.camera, "photo": self.photo}
+        found: dict[str, object] = {"camera": self.camera, "photo": self.photo}
         for item in fields(self):
             value = getattr(self, item.name)
             if value == getattr(usual, item.name):
@@ -128,7 +127,7 @@ class CaptureRequest:
         return found
 
     @staticmethod
-    def from_json(data: Mapping[str, Any]) -> CaptureRequest:
+    def from_json(data: Mapping[str, object]) -> CaptureRequest:
         """The inverse. Raises ValueError, whose text says which key is wrong and what it may be."""
         known = {entry.name for entry in fields(CaptureRequest)}
         for key in data:
@@ -177,7 +176,7 @@ def with_ids(
     return tuple(found)
 
 
-def _text(data: Mapping[str, Any], key: str, default: str | None = None) -> str:
+def _text(data: Mapping[str, object], key: str, default: str | None = None) -> str:
     value = data.get(key, default)
     if value is None and default is not None:
         return default
@@ -186,14 +185,14 @@ def _text(data: Mapping[str, Any], key: str, default: str | None = None) -> str:
     return value
 
 
-def _gain(data: Mapping[str, Any]) -> str:
+def _gain(data: Mapping[str, object]) -> str:
     value = _text(data, "gain", "")
     if value and value not in GAINS:
         raise ValueError(f"its 'gain' is {value!r}, not one of {', '.join(GAINS)}")
     return value
 
 
-def _flag(data: Mapping[str, Any], key: str, default: bool | None) -> bool | None:
+def _flag(data: Mapping[str, object], key: str, default: bool | None) -> bool | None:
     value = data.get(key)
     if value is None:
         return default
@@ -202,7 +201,7 @@ def _flag(data: Mapping[str, Any], key: str, default: bool | None) -> bool | Non
     return value
 
 
-def _lights(data: Mapping[str, Any]) -> tuple[str, ...] | None:
+def _lights(data: Mapping[str, object]) -> tuple[str, ...] | None:
     value = data.get("lights")
     if value is None:
         return None
@@ -220,7 +219,7 @@ def _numbers(value: object, key: str, count: int) -> tuple[float, ...]:
     return tuple(float(item) for item in value)
 
 
-def _whole(data: Mapping[str, Any], key: str, count: int) -> tuple[int, ...] | None:
+def _whole(data: Mapping[str, object], key: str, count: int) -> tuple[int, ...] | None:
     value = data.get(key)
     if value is None:
         return None
@@ -230,7 +229,7 @@ def _whole(data: Mapping[str, Any], key: str, count: int) -> tuple[int, ...] | N
     return tuple(int(number) for number in numbers)
 
 
-def _pixel_aspect(data: Mapping[str, Any]) -> float | None:
+def _pixel_aspect(data: Mapping[str, object]) -> float | None:
     if data.get("pixel_aspect") is None:
         return None
     (value,) = _numbers([data["pixel_aspect"]], "pixel_aspect", 1)
@@ -239,7 +238,7 @@ def _pixel_aspect(data: Mapping[str, Any]) -> float | None:
     return value
 
 
-def _clip(data: Mapping[str, Any]) -> tuple[float, float] | None:
+def _clip(data: Mapping[str, object]) -> tuple[float, float] | None:
     if data.get("clip") is None:
         return None
     low, high = _numbers(data["clip"], "clip", 2)
@@ -248,7 +247,7 @@ def _clip(data: Mapping[str, Any]) -> tuple[float, float] | None:
     return low, high
 
 
-def _silhouette(data: Mapping[str, Any]) -> int | None:
+def _silhouette(data: Mapping[str, object]) -> int | None:
     value = data.get("silhouette")
     if value is None:
         return None
@@ -259,7 +258,7 @@ def _silhouette(data: Mapping[str, Any]) -> int | None:
     return value
 
 
-def _transforms(data: Mapping[str, Any]) -> tuple[tuple[str, tuple[float, ...]], ...]:
+def _transforms(data: Mapping[str, object]) -> tuple[tuple[str, tuple[float, ...]], ...]:
     """A matrix is a list of 4 rows, or of all 16 numbers; a place may stand alone."""
     value = data.get("transforms")
     if value is None:
@@ -284,13 +283,13 @@ def _transforms(data: Mapping[str, Any]) -> tuple[tuple[str, tuple[float, ...]],
     return tuple(found)
 
 
-def _rows(numbers: tuple[float, ...]) -> list[Any]:
+def _rows(numbers: tuple[float, ...]) -> list[float] | list[list[float]]:
     if len(numbers) != 16:
         return list(numbers)
     return [list(numbers[i : i + 4]) for i in (0, 4, 8, 12)]
 
 
-def _frame(data: Mapping[str, Any]) -> int | None:
+def _frame(data: Mapping[str, object]) -> int | None:
     value = data.get("frame")
     if value is None:
         return None
@@ -300,7 +299,7 @@ def _frame(data: Mapping[str, Any]) -> int | None:
     return value
 
 
-def _distortion(data: Mapping[str, Any]) -> LensDistortion | None:
+def _distortion(data: Mapping[str, object]) -> LensDistortion | None:
     value = data.get("distortion")
     if value is None:
         return None

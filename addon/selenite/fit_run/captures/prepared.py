@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
@@ -19,7 +19,10 @@ from ..photos.masks import background_of, masked
 from ..photos.response import read_response
 from ..photos.silhouette import Silhouettes
 from ..photos.window import WHOLE, PhotoWindow, projection, window_of
-from .light_states import AS_IN_SCENE, light_state
+from .light_states import AS_IN_SCENE, LightState, light_state
+
+if TYPE_CHECKING:
+    from ..._core import Frame, Photo
 
 #: Names of cameras that a line has.
 _FEW = 3
@@ -38,6 +41,14 @@ Gain = tuple[float, float, float]
 #: Of a camera, in pixels of its picture to the right and down, and in radians about its axis.
 Alignment = tuple[float, float, float]
 UNALIGNED: Alignment = (0.0, 0.0, 0.0)
+
+
+class _Taken(TypedDict):
+    """How a photo was taken, whether its pixels are wanted or not."""
+
+    id: str
+    lights: LightState
+    gain: Gain
 
 
 @dataclass(frozen=True)
@@ -67,24 +78,24 @@ class Capture:
     gain: Gain = (1.0, 1.0, 1.0)
     free_gain: str = "none"
     align: bool = False
-    lights: Mapping[str, Any] = field(default_factory=lambda: dict(AS_IN_SCENE))
+    lights: LightState = field(default_factory=lambda: dict(AS_IN_SCENE))
     warnings: tuple[str, ...] = ()
     window: tuple[float, float, float, float] = WHOLE
     isolated: float = 0.0
     alignment: Alignment = UNALIGNED
 
     @property
-    def frame(self) -> tuple[Any, ...]:
+    def frame(self) -> Frame:
         """Aspect, width and height of the photo, and its window if it is cropped: makes a native
         render one of the reference."""
         return self._frame(*self.photo_size)
 
     @property
-    def frame_of_render(self) -> tuple[Any, ...]:
+    def frame_of_render(self) -> Frame:
         """The same of a picture that shows what the photo shows, with pixels of its own."""
         return self._frame(0, 0)
 
-    def _frame(self, width: int, height: int) -> tuple[Any, ...]:
+    def _frame(self, width: int, height: int) -> Frame:
         whole = (self.aspect, width, height)
         return whole if self.window == WHOLE else (*whole, self.window)
 
@@ -100,14 +111,14 @@ class Capture:
         aspect = self.aspect * (right - left) / (bottom - top)
         return aspect * height / width * camera.pixel_aspect_x / camera.pixel_aspect_y
 
-    def native(self) -> Any:  # noqa: ANN401 - a native Photo
+    def native(self) -> Photo:
         """With its pixels: what a fit compares with."""
         return native.core().Photo(
             self.camera, self.reference, self.weight, free_gain=self.free_gain, align=self.align,
             frame=self.frame, alignment=self.alignment, **self._taken(),
         )  # fmt: skip
 
-    def view(self, size: tuple[int, int] | None = None, *, of_file: bool = True) -> Any:  # noqa: ANN401 - a native Photo
+    def view(self, size: tuple[int, int] | None = None, *, of_file: bool = True) -> Photo:
         """Without pixels: what it shows, `size` (width, height) or that of the reference. of_file:
         as an area filter leaves the photo; else with pixels of its own."""
         rows, columns = self.reference.shape[:2]
@@ -119,7 +130,7 @@ class Capture:
             alignment=(across * width / columns, down * height / rows, roll), **self._taken(),
         )  # fmt: skip
 
-    def _taken(self) -> dict[str, Any]:
+    def _taken(self) -> _Taken:
         return {"id": self.id, "lights": self.lights, "gain": self.gain}
 
     def small(self, size: tuple[int, int]) -> Capture:
