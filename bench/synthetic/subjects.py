@@ -12,11 +12,10 @@ import numpy as np
 
 from selenite import native, parameters
 from selenite.fit_run.captures.prepared import Capture
-from selenite.fit_run.job import fitted_values
+from selenite.fit_run.job import FitJob, fitted_values
 from selenite.fit_run.plan import FitPlan, build_scene
 from selenite.fit_run.request import RunRequest
 from selenite.fit_run.settings import FitSettings
-from selenite.fit_run.job import FitJob
 from selenite.fit_run.unknowns import Unknown
 from selenite.trade import choices
 

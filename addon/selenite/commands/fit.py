@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
@@ -22,7 +23,7 @@ from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
 from ..fit_run.staging.request import AUTO, USUAL, StageRequest, stages_by_name
 from ..fit_run.staging.request import PRESETS as STAGE_PRESETS
-from ..fit_run.unknowns import usual_requests
+from ..fit_run.unknowns import WHICH_MATERIAL, candidates_of, fittable_usual, usual_requests
 from ..information.conditioning import StageChoice
 from ..parameters import join_name
 from ..paths import absolute, why_not_folder
@@ -76,9 +77,6 @@ def run(args: argparse.Namespace) -> JsonObject:
         say(f"warning: {text}")
     if unused := without_photo(values, plan.request.captures):
         say(unused)
-    say(f"model {plan.model}")
-    if plan.request.staging:
-        say(f"stages: {plan.request.staging}")
     if why := why_not_folder(out, size_of(plan)):
         raise BadInput(Problem(f"Folder '{out}'", why, arguments.OTHER_FOLDER))
     unfinished = unfinished or new_folder(out, SUFFIX)
@@ -135,7 +133,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         plan = prepare(values, request, packed)
     except BadInput as error:
         problems += error.problems
-    arguments.stop_if(problems)
+    arguments.stop_if([_with_command(item, args, scene, values) for item in problems])
     if args.stages == AUTO:
         plan = _choose_stages(plan, lambda chosen: prepare(values, chosen, packed))
     inputs = inputs_of(values, plan.request, packed)
@@ -290,6 +288,29 @@ def unknowns_of(
         if _known(key, found, problems):
             found[key] = replace(found[key], unseen=word)
     return tuple(with_environment(args, values, found, problems).values())
+
+
+def _with_command(
+    problem: Problem,
+    args: argparse.Namespace,
+    scene: BpyStruct,
+    values: SceneValues,
+) -> Problem:
+    """Where the material is not named: a command that names that of the active object, to be
+    copied."""
+    if problem.kind != WHICH_MATERIAL:
+        return problem
+    candidates = candidates_of(values)
+    if not candidates:
+        return problem
+    active = scene.view_layers[0].objects.active
+    slots = [slot.material for slot in active.material_slots] if active is not None else []
+    own = [slot.name for slot in slots if slot is not None]
+    owner = next((item for item in candidates if item.datablock in own), candidates[0])
+    wanted = join_name(owner.name, ",".join(fittable_usual(owner)))
+    words = ["selenite", "fit", args.scene, "--fit", wanted]
+    words += [word for photo in args.photo or () for word in ("--photo", photo)]
+    return replace(problem, cure=f"name one, as in: {shlex.join(words)}")
 
 
 def _known(

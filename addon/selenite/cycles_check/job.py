@@ -27,6 +27,8 @@ from . import compare
 if TYPE_CHECKING:
     from ..json_text import JsonObject
 
+#: Relative bias of a photo, and RMSE, beyond noise, up to which Cycles agrees with a fit.
+BIAS_LIMIT, RMSE_LIMIT = 0.01, 0.05
 _MODULE = "selenite.cycles_check.worker"
 
 
@@ -92,6 +94,22 @@ class CheckJob(BlenderProcess):
         content = json.loads(target.read_text(encoding="utf-8")) if target.is_file() else {}
         write_json(target, content | {"cycles": report})
         return folder / "cycles_check.png"
+
+
+def verdict(report: JsonObject) -> str:
+    """Whether Cycles shows what was fitted, in one sentence."""
+    worst, where = 0.0, ""
+    for photo, row in report["photos"].items():
+        found = row["native_against_cycles"]
+        bias = abs(found["relative_bias_beyond_noise"]) / BIAS_LIMIT
+        rest = found["relative_rmse_beyond_noise"] / RMSE_LIMIT
+        if max(bias, rest) > worst:
+            worst, where = max(bias, rest), photo
+            most = found["relative_bias_beyond_noise" if bias > rest else
+                         "relative_rmse_beyond_noise"]  # fmt: skip
+    if worst <= 1:
+        return "Cycles agrees with the fit"
+    return f"Cycles differs from the fit by {100 * abs(most):.1f} % in '{where}': see its pictures"
 
 
 def lines(report: JsonObject) -> list[str]:

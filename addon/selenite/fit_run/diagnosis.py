@@ -157,7 +157,7 @@ def loss_flat(history: History) -> list[str]:
 def still_falling(result: FitResult) -> list[str]:
     """Of a fit at its end, by its result: a loss that the last iterations still brought down,
     beyond noise. Where the photos are explained nothing is left to gain."""
-    if result["stopped"] != native.core().StopReason.ITERATIONS or trust.explained(result):
+    if result.get("stopped") != native.core().StopReason.ITERATIONS or trust.explained(result):
         return []
     history = result["history"]
     iteration, loss, error = _losses(history)

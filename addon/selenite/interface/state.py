@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from .. import native
 from ..cycles_check.job import CheckJob
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .._core import FitResult
     from ..information.conditioning import StageChoice
 
+W = TypeVar("W", bound=Work)
 #: What the panel says of a run that leaves nothing behind.
 CANCELLED = "Cancelled; nothing was changed"
 #: What it says of a reading that was cancelled while Blender evaluates the scene.
@@ -187,8 +188,12 @@ class Check:
     def start(self, job: CheckJob, scene_name: str) -> None:
         """Starts the other process."""
         self.job, self.scene_name, self.progress = job, scene_name, None
-        self.message, self.lines, self.sheet = "", [], None
+        self.forget()
         job.start()
+
+    def forget(self) -> None:
+        """What the last one has found is no longer about the result."""
+        self.message, self.lines, self.sheet = "", [], None
 
     def stop(self) -> None:
         """Ends the other process and forgets the job."""
@@ -198,7 +203,7 @@ class Check:
 
 
 @dataclass
-class Background:
+class Background(Generic[W]):
     """At most one job of a kind at a time. `lines` stay after its end.
 
     hears: whether the thread ends soon where it is cancelled. Else nobody waits for it.
@@ -206,12 +211,12 @@ class Background:
 
     hears: bool = True
 
-    job: BackgroundJob[Work] | None = None
+    job: BackgroundJob[W] | None = None
     scene_name: str = ""
     step: BackgroundStep | None = None
     lines: list[str] = field(default_factory=list)
 
-    def start(self, job: BackgroundJob[Work], scene_name: str) -> None:
+    def start(self, job: BackgroundJob[W], scene_name: str) -> None:
         """Starts the thread."""
         self.job, self.scene_name, self.step, self.lines = job, scene_name, None, []
         job.start()
@@ -234,20 +239,13 @@ class Background:
 
 
 @dataclass
-class Measurement(Background):
+class Measurement(Background[Work]):
     """At most one measurement of time against error at a time."""
 
     def cancel(self) -> None:
         """What has been measured is kept."""
         if self.job is not None:
             self.job.work.cancel()
-
-
-@dataclass
-class Choosing(Background):
-    """At most one choice of stages at a time."""
-
-    job: BackgroundJob[StageChoice] | None = None
 
 
 @dataclass
@@ -277,14 +275,17 @@ RUN = Run()
 READING = SceneReading()
 CHECK = Check()
 TRADE = Measurement()
-NEXT = Background()
-ESTIMATE = Background()
-STAGES = Choosing()
-SAVE = Background()
-ROTATION = Background()
-MASK = Background(hears=False)
-SPOTS = Background(hears=False)
-JOBS = (TRADE, NEXT, ESTIMATE, STAGES, SAVE, ROTATION, MASK, SPOTS)
+NEXT: Background[Work] = Background()
+ESTIMATE: Background[Work] = Background()
+STAGES: Background[StageChoice] = Background()
+SAVE: Background[Work] = Background()
+ROTATION: Background[Work] = Background()
+MASK: Background[Work] = Background(hears=False)
+SPOTS: Background[Work] = Background(hears=False)
+# Of modules that import this one
+SAMPLE: Background[Any] = Background()
+PAIRING: Background[Any] = Background()
+JOBS = (TRADE, NEXT, ESTIMATE, STAGES, SAVE, ROTATION, MASK, SPOTS, SAMPLE)
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last read it.
@@ -293,11 +294,24 @@ SHAPES: dict[str, list[str]] = {}
 PROBLEMS: dict[str, list[Problem]] = {}
 
 
+def forget() -> None:
+    """Another file is open: what was said and found is about the one before, whose scenes may have
+    the same names."""
+    for kept in (PROBLEMS, EXPECTED, SHAPES, CHECK.contents):
+        kept.clear()
+    CHECK.forget()
+    for item in JOBS:
+        item.lines = []
+    if not RUN.is_active:
+        RUN.plan = RUN.result = RUN.folder = None
+        RUN.message, RUN.owners = "", {}
+
+
 def end() -> None:
     """Ends all that runs and waits for every thread: one that comes back from native code while
     Python ends takes the whole process with it."""
     CHECK.stop()
-    for item in (*JOBS, READING):
+    for item in (*JOBS, PAIRING, READING):
         item.stop()
     RUN.stop(keep=False)
     while RUN.left:

@@ -27,7 +27,6 @@ from ..gauge import gauges
 from ..job import fitted_values, scene_at
 from ..pictures import comparison, plots, sheet
 from ..plan import FitPlan, paths_traced
-from ..unknowns import Unknown
 from . import aligned, gain_level, halves, hold_out
 from .fitted_scene import RESULT
 from .history_file import write_history
@@ -119,10 +118,10 @@ def _loss(result: dict[str, Any]) -> dict[str, Any]:
 def _capture_entry(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
     """The same for each photo, so that a reader need not ask whether its gain or shift was free."""
     given = {"gain": list(capture.gain), "gain_interval_90": None, "shift": [0.0, 0.0, 0.0]}
-    return given | _of_capture(capture, result)
+    return given | found_of_photo(capture, result)
 
 
-def _of_capture(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
+def found_of_photo(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
     """What the fit has found of a photo, and how much of it counts."""
     found: dict[str, Any] = dict(result.get("captures", {}).get(capture.id, {}))
     if "shift" in found:  # in pixels of the file
@@ -149,10 +148,10 @@ def finished(
     doubts = aligned.doubtful(plan.captures, result)
     notes = (*result.get("notes", ()), *aligned.sentences(doubts))
     result = _with_images(plan, result | {"doubtful_shifts": doubts, "notes": notes}, progress)
-    if result.get("stopped_because") != "cancelled":
+    if result.get("stopped") != native.core().StopReason.CANCELLED:
         result = gain_level.widened(plan, result, progress)
         result = result | {"halves": halves.of_images(plan, result, progress)}
-    if not plan.hold_out or result.get("stopped_because") == "cancelled":
+    if not plan.hold_out or result.get("stopped") == native.core().StopReason.CANCELLED:
         return result
     settings = plan.request.settings
     rows = hold_out.compare_all(
@@ -233,62 +232,21 @@ def size_of(plan: FitPlan) -> int:
     return pixels * _BYTES_OF_PIXEL + files * _BYTES_OF_FILE + fields
 
 
-def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
-    """One line per parameter, start and fitted value; then how sure they are."""
-    values = fitted_values(plan, result)
-    lines = []
-    for item in plan.unknowns:
-        value = values[item.owner, item.parameter.name]
-        unit = "" if item.parameter.unit == "1" else f" {item.parameter.unit}"
-        line = f"{item.name}: {_text(item.start)} -> {_text(value)}{unit}"
-        lines.append(line + _length(item, value, plan))
-    for field in plan.fields:
-        lines.append(f"{field.name}: {field_text(field, result)}")
-    # Without a photo of known gain the light has the level that the gains' prior gives it.
-    free = all(item.free_gain != "none" for item in plan.captures)
-    light = next((item.name for item in plan.fields if item.kind.is_environment and free), "")
-    lines += [line for item in plan.captures if (line := _photo_text(item, result, light))]
-    lines += trust.sentences(plan, result)
-    lines += [item.sentence(name) for name, item in result.get("halves", {}).items()]
-    return lines + (hold_out.sentences(result["hold_out"]) if result.get("hold_out") else [])
-
-
-def _photo_text(capture: Capture, result: dict[str, Any], light: str = "") -> str:
-    """What the fit has found of a photo: its gain, with the interval where one is known, and its
-    shift. "" where nothing was free. light: the field at whose level the interval holds alone."""
-    found = _of_capture(capture, result)
-    parts = []
-    if "gain" in found:
-        single = capture.free_gain == "scalar"
-        gains, intervals = found["gain"], found["gain_interval_90"]
-        ends = [f"{low:.4g} to {high:.4g}" for low, high in intervals if math.isfinite(high)]
-        between = "; ".join(ends[:1] if single else ends)
-        gain = f"gain {_text(gains[:1] if single else gains)}"
-        given = f", at this level of {light}" if light else ""
-        parts.append(gain + (f" (90 %{given}: {between})" if between else ""))
-    if "shift" in found:
-        across, down, roll = found["shift"]
-        doubt = "" if found["shift_believed"] else ", not to be believed"
-        parts.append(f"shift {across:.2f}, {down:.2f} pixels, roll {roll:.2f} degrees{doubt}")
-    return f"Photo {capture.id}: {', '.join(parts)}" if parts else ""
-
-
 def field_text(field: FieldUnknown, result: dict[str, Any]) -> str:
     """Means over the voxels or texels at the start and of the fitted values."""
-    return f"mean {_text(field.mean(field.values))} -> {_text(fitted_mean(field, result))}"
+    start, fitted = field_means(field, result)
+    return f"mean {_text(start)} -> {_text(fitted)}"
+
+
+def field_means(field: FieldUnknown, result: dict[str, Any]) -> tuple[Values, Values]:
+    """Over the voxels or texels: of the start and of the fitted values."""
+    return field.mean(field.values), fitted_mean(field, result)
 
 
 def fitted_mean(field: FieldUnknown, result: dict[str, Any]) -> Values:
     """As in the history: of the texels as they were fitted, before `finished`."""
     means: dict[str, Values] = result.get("fitted_means", {})
     return means.get(field.name) or field.mean(result["fields_best"][field.name])
-
-
-def _length(unknown: Unknown, value: Values, plan: FitPlan) -> str:
-    """What an extinction means as a length."""
-    if unknown.parameter.name != "extinction":
-        return ""
-    return f" (mean free path {mean_free_path.of(value, plan.millimetres).text()})"
 
 
 def _write_pictures(
@@ -356,8 +314,15 @@ def _log(plan: FitPlan, report: dict[str, Any], result: dict[str, Any]) -> str:
             for name, row in report["parameters"].items()
         ),
         *trust.sentences(plan, result),
+        *of_photos(result),
     ]
     return "\n".join(lines) + "\n"
+
+
+def of_photos(result: dict[str, Any]) -> list[str]:
+    """How far halves of the photos agree on an image, and how photos that were held out look."""
+    found = [item.sentence(name) for name, item in result.get("halves", {}).items()]
+    return found + (hold_out.sentences(result["hold_out"]) if result.get("hold_out") else [])
 
 
 def _plain(values: Values) -> float | list[float]:
