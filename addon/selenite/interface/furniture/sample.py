@@ -138,12 +138,14 @@ def _wait() -> float | None:
     SAMPLE.job = None
     show_status(bpy.context, None)
     job.join()
-    if job.work.path is not None:
+    work = job.work
+    assert isinstance(work, Making)  # noqa: S101 - nothing else is started here
+    if work.path is not None:
         window = bpy.context.window_manager.windows[0]
         with bpy.context.temp_override(window=window):
-            _open(job.work.path)
-    elif job.work.trouble:
-        SAMPLE.lines = [_failure(job.work)]
+            _open(work.path)
+    elif work.trouble:
+        SAMPLE.lines = [_failure(work)]
         redraw(bpy.context)
     return None
 
