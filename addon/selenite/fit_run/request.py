@@ -73,7 +73,7 @@ class RunRequest:
         }
 
     @staticmethod
-    def from_json(data: dict[str, object]) -> RunRequest:
+    def from_json(data: object) -> RunRequest:
         """The inverse of `as_json`. Raises BadInput."""
         title = "Run file"
         if not isinstance(data, dict) or data.get("schema") != SCHEMA:

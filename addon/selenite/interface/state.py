@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from .. import native
 from ..cycles_check.job import CheckJob
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .._core import FitResult
     from ..information.conditioning import StageChoice
 
+W = TypeVar("W", bound=Work)
 #: What the panel says of a run that leaves nothing behind.
 CANCELLED = "Cancelled; nothing was changed"
 #: What it says of a reading that was cancelled while Blender evaluates the scene.
@@ -202,7 +203,7 @@ class Check:
 
 
 @dataclass
-class Background:
+class Background(Generic[W]):
     """At most one job of a kind at a time. `lines` stay after its end.
 
     hears: whether the thread ends soon where it is cancelled. Else nobody waits for it.
@@ -210,12 +211,12 @@ class Background:
 
     hears: bool = True
 
-    job: BackgroundJob[Work] | None = None
+    job: BackgroundJob[W] | None = None
     scene_name: str = ""
     step: BackgroundStep | None = None
     lines: list[str] = field(default_factory=list)
 
-    def start(self, job: BackgroundJob[Work], scene_name: str) -> None:
+    def start(self, job: BackgroundJob[W], scene_name: str) -> None:
         """Starts the thread."""
         self.job, self.scene_name, self.step, self.lines = job, scene_name, None, []
         job.start()
@@ -238,20 +239,13 @@ class Background:
 
 
 @dataclass
-class Measurement(Background):
+class Measurement(Background[Work]):
     """At most one measurement of time against error at a time."""
 
     def cancel(self) -> None:
         """What has been measured is kept."""
         if self.job is not None:
             self.job.work.cancel()
-
-
-@dataclass
-class Choosing(Background):
-    """At most one choice of stages at a time."""
-
-    job: BackgroundJob[StageChoice] | None = None
 
 
 @dataclass
@@ -281,15 +275,16 @@ RUN = Run()
 READING = SceneReading()
 CHECK = Check()
 TRADE = Measurement()
-NEXT = Background()
-ESTIMATE = Background()
-STAGES = Choosing()
-SAVE = Background()
-ROTATION = Background()
-MASK = Background(hears=False)
-SPOTS = Background(hears=False)
-SAMPLE = Background()
-PAIRING = Background()
+NEXT: Background[Work] = Background()
+ESTIMATE: Background[Work] = Background()
+STAGES: Background[StageChoice] = Background()
+SAVE: Background[Work] = Background()
+ROTATION: Background[Work] = Background()
+MASK: Background[Work] = Background(hears=False)
+SPOTS: Background[Work] = Background(hears=False)
+# Of modules that import this one
+SAMPLE: Background[Any] = Background()
+PAIRING: Background[Any] = Background()
 JOBS = (TRADE, NEXT, ESTIMATE, STAGES, SAVE, ROTATION, MASK, SPOTS, SAMPLE)
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}

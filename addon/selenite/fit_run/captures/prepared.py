@@ -242,6 +242,7 @@ def _read(
         corners = _corners(camera, request, window, size, (columns, rows), problems, remarks)
     if window is None or len(problems) > found:
         return None
+    mask_path = exclude_path = ""  # until there is room for their copies
     try:
         with (
             as_file(request.photo, packed) as path,

@@ -5,7 +5,6 @@ fit would take minutes to find the last."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 import bpy
 
@@ -110,7 +109,7 @@ def examine(scene: bpy.types.Scene, values: SceneValues) -> None:
 
 
 def _wait() -> float | None:
-    job: Any = PAIRING.job
+    job = PAIRING.job
     if job is None:
         return None
     if job.progress()[0]:
