@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import bpy
 
+from ...fit_run.darkness import DARK
 from ...fit_run.photos.pairing import KIND as PAIRING
 from ...fit_run.photos.window import ASPECT
 from ...scene_read.geometry.bodies import OPEN_BODY
@@ -20,6 +21,7 @@ _REMEDIES = {
     ASPECT: "selenite.set_resolution",
     PAIRING: "selenite.pair_photos",
     OPEN_BODY: "selenite.close_body",
+    DARK: "selenite.light_world",
 }
 #: Of what is said of a run: percent, phase and time left.
 _LINES = 2
