@@ -145,10 +145,10 @@ def _draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context) -> No
             # A word beside it would cut the name.
             button = line.operator("selenite.select_problem", text="", icon="RESTRICT_SELECT_OFF")
             button.thing = problem.object
+        cause = shown(in_panel_words(problem.cause))
+        paragraph(box, context, f"{cause[:1].upper()}{cause[1:]}.")
+        paragraph(box, context, in_panel_words(problem.cure), "FORWARD")
         if problem.kind in _REMEDIES:
             remedy = box.operator(_REMEDIES[problem.kind], icon="TOOL_SETTINGS")
             if problem.kind == OPEN_BODY:
                 remedy.thing = problem.object
-        cause = shown(in_panel_words(problem.cause))
-        paragraph(box, context, f"{cause[:1].upper()}{cause[1:]}.")
-        paragraph(box, context, in_panel_words(problem.cure), "FORWARD")
