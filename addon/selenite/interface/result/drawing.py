@@ -67,7 +67,7 @@ def draw_report(
 def _draw_table(
     column: bpy.types.UILayout, context: bpy.types.Context, settings: bpy.types.PropertyGroup
 ) -> None:
-    """A line for each number; two where the region is narrow."""
+    """A line for each number; where the region is narrow, name, values and interval below."""
     wide = letters(context) >= _WIDE_TABLE
     if wide:
         _draw_cells(column, [translated(title.capitalize()) for title in table.TITLES[:4]])
@@ -78,8 +78,9 @@ def _draw_table(
             _draw_cells(column, [name, start, fitted, interval])
             continue
         column.label(text=name, translate=False)
-        text = f"{start} \u2192 {fitted}" + (f" ({interval})" if interval else "")
-        column.label(text=shown(text), icon="BLANK1", translate=False)
+        for text in (f"{start} \u2192 {fitted}", interval):
+            if text:
+                column.label(text=shown(text), icon="BLANK1", translate=False)
 
 
 def _draw_cells(column: bpy.types.UILayout, cells: Sequence[str]) -> None:
