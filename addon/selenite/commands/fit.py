@@ -9,9 +9,11 @@ import shlex
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
 from ..fit_run.answer.results import new_folder, size_of
+from ..fit_run.captures.prepared import without_photo
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, load
 from ..fit_run.inputs import changes, inputs_of
 from ..fit_run.job import DESCENT, FitFailed, FitJob
@@ -32,6 +34,7 @@ from . import arguments
 from .capture_arguments import captures_from
 from .environment_arguments import with_environment
 from .fit_results import deliver
+from .fitted.start_result import begin_at, checked, start_folder, starting_there
 from .scene import open_scene, reading_of
 from .terminal import bar, say
 
@@ -65,6 +68,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             say(f"warning: {grids[0]}: the check in Cycles is left out: {missing}")
     for text in plan.warnings:
         say(f"warning: {text}")
+    if unused := without_photo(values, plan.request.captures):
+        say(unused)
     if why := why_not_folder(out, size_of(plan)):
         raise BadInput(Problem(f"Folder '{out}'", why, arguments.OTHER_FOLDER))
     unfinished = unfinished or new_folder(out, SUFFIX)
@@ -87,15 +92,24 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     base = (
         read_run(absolute(args.scene)) if args.scene.endswith(".json") else RunRequest(args.scene)
     )
+    begins_at, args.start = start_folder(args.start, problems)
+    begins_at = begins_at or base.begins_at
+    arguments.stop_if(problems)
     scene, values = open_scene(base.scene, base.reading | reading_of(args))
 
     from ..scene_read.photos import captures_of, packed_photos
 
+    stored = base.captures or tuple(captures_of(scene))
+    if begins_at:
+        begin = checked(begins_at)
+        values = begin_at(scene, values, begin)
+        stored = stored or read_run(begin / "run.json").captures
     settings = _settings(args, base, problems)
     stages = arguments.stages(args.stages, problems)
     unknowns = unknowns_of(args, base, values, stages, problems)
+    unknowns = starting_there(unknowns, Path(begins_at)) if begins_at else unknowns
     names = [join_name(item.owner, item.parameter) for item in unknowns]
-    captures = captures_from(args, base.captures or captures_of(scene), values, problems)
+    captures = captures_from(args, stored, values, problems)
     wanted = args.stages or USUAL
     if not stages and names and wanted in STAGE_PRESETS:
         stages = stages_by_name(wanted, names, settings.iterations, problems, captures)
@@ -106,6 +120,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         settings=settings,
         stages=stages,
         reading=options_of(scene),
+        begins_at=begins_at,
     )
     if args.stages is None and args.scene.endswith(".json"):
         request = replace(request, stages=base.stages, staging=base.staging)
@@ -148,6 +163,8 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         settings=with_overrides(run.request.settings, {"threads": args.threads}),
     )
     scene, values = open_scene(request.scene, request.reading | reading_of(args))
+    if request.begins_at:
+        values = begin_at(scene, values, checked(request.begins_at))
 
     from ..scene_read.photos import packed_photos
 

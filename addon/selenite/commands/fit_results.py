@@ -14,6 +14,7 @@ from .. import native
 from ..fit_run.answer.light_pairing import with_warnings
 from ..fit_run.answer.results import (
     finished,
+    of_photos,
     result_json,
     seconds_of_pictures,
     write_results,
@@ -71,7 +72,7 @@ def deliver(
         if note not in known:
             say(f"warning: {note}")
     table(TITLES, [line.cells for line in lines(plan, result)])
-    for text in sentences(plan, result):
+    for text in (*sentences(plan, result), *of_photos(result)):
         say(text)
     place = "no result folder is written" if folder is None else f"results in {folder}"
     say(f"{result['stopped_because']} after {result['seconds']:.0f} s; {place}")
@@ -96,7 +97,7 @@ def _written(
 ) -> Path | None:
     """The result folder; None where it could not be written."""
     seconds = seconds_of_pictures(plan, result)
-    pictures = result["stopped"] != native.core().StopReason.CANCELLED or seconds < _PATIENCE
+    pictures = result.get("stopped") != native.core().StopReason.CANCELLED or seconds < _PATIENCE
     if not pictures:
         say(
             f"The pictures are left out: they would take about {seconds / 60:.1f} min. "

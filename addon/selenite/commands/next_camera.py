@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from ..fit_run.answer.fitted_scene import RESULT
-from ..fit_run.captures.prepared import LEFT_OUT
 from ..fit_run.captures.render import as_reported
 from ..fit_run.old_names import renamed
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
@@ -65,8 +64,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         problems += error.problems
     arguments.stop_if(problems)
     for text in found.plan.warnings:
-        if not text.startswith(LEFT_OUT):  # they are places here
-            say(f"warning: {text}")
+        say(f"warning: {text}")
     if any(item.parameter.effect == "volume" for item in found.plan.unknowns):
         say("warning: errors of media are rough; use them only to compare places")
     with bar("evaluating") as shown:

@@ -198,6 +198,7 @@ class FitJob:
             self._fit.history(of_stage=True), limits, views, from_start=index == 0,
             sure=trust.sure(result), running=self._fit.state()["running"],
             transmits=plan.transmits, explained=trust.explained(result), opaque=plan.opaque,
+            azimuths=plan.azimuths,
         )  # fmt: skip
 
     def done(self) -> Done:

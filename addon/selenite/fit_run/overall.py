@@ -13,8 +13,8 @@ from .job import DESCENT, MULTI_START, Progress
 from .plan import FitPlan
 from .settings import FitSettings
 
-#: In the order of a fit. The last three may repeat, then the share waits.
-PHASES = (MULTI_START, DESCENT, "refinement", "comparison", "roughness-profile")
+#: In the order of a fit. The last four may repeat, then the share waits.
+PHASES = (MULTI_START, DESCENT, "refinement", "comparison", "roughness-profile", "parts")
 #: What follows the native fit: looking for wrong lights, filling texels that no photo sees.
 FINISHING = "finishing"
 _FINISHING_SHARE = 0.02

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import native
 from ..parameters import join_name
 from ..problems import listed
 from .field_kinds import IN_PLACE_OF
@@ -270,11 +271,34 @@ def sentences(plan: FitPlan, result: dict[str, Any], *, intervals: bool = True) 
             f"Much light of {listed(noisy)} is in isolated bright pixels: values may be wrong by "
             "more than their intervals say"
         )
-    found = result.get("search") or {}
-    if found.get("points"):
-        went = "continued from another one" if found["moved"] else "kept the given one"
-        lines.append(f"Multi-start: evaluated {found['points']} starting points and {went}")
+    if text := of_search(result):
+        lines.append(text)
     return lines
+
+
+def of_search(result: dict[str, Any]) -> str:
+    """What a multi-start has done, "" where there was none."""
+    found = result.get("search") or {}
+    points = found.get("points")
+    if stopped_in_search(result):
+        if not points:
+            return "Stopped before the first iteration: values are the start's"
+        which = "the best of them" if found["moved"] else "the start's: none is clearly better"
+        return (
+            f"Stopped in the multi-start after {points} starting points: the values are {which}, "
+            "not refined"
+        )
+    if not points:
+        return ""
+    went = "continued from another one" if found["moved"] else "kept the given one"
+    return f"Multi-start: evaluated {points} starting points and {went}"
+
+
+def stopped_in_search(result: dict[str, Any]) -> bool:
+    """Whether a fit was stopped in its multi-start, so that no step has followed."""
+    history = result.get("history") or {}
+    rows = len(history.get("iteration", ()))
+    return result.get("stopped") == native.core().StopReason.CANCELLED and not rows
 
 
 def unexplained_percent(result: dict[str, Any]) -> float:
@@ -283,7 +307,7 @@ def unexplained_percent(result: dict[str, Any]) -> float:
     themselves is the larger one."""
     left = misfit(result)
     of_fit = max(left["value"], 0.0) if left else 0.0
-    shares = [item.get("unexplained", 0.0) for item in (result.get("captures") or {}).values()]
+    shares = [item.get("unexplained") or 0.0 for item in (result.get("captures") or {}).values()]
     of_photos = sum(share**2 for share in shares) / max(len(shares), 1)
     return float(100 * max(of_fit, of_photos) ** 0.5)
 

@@ -100,7 +100,7 @@ def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) ->
         )
     left = trust.misfit(result)
     if left is None:
-        if result["stopped"] == native.core().StopReason.CANCELLED and not fields:
+        if result.get("stopped") == native.core().StopReason.CANCELLED and not fields:
             return UNKNOWN, (
                 "Stopped before intervals were computed: let a fit end to know how sure the "
                 "values are."

@@ -64,7 +64,8 @@ def lines(plan: FitPlan, result: dict[str, Any]) -> list[Line]:
 
 def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
     """At most three: what is explained, why a value is open, and what to do. log.txt has all."""
-    found = [in_short(plan, result).sentence]
+    found = [trust.of_search(result)] if trust.stopped_in_search(result) else []
+    found += [in_short(plan, result).sentence]
     found += [gauge.text() for gauge in gauges(result)]
     for unknown in plan.unknowns:
         found += [f"{unknown.name}: {text}" for text in trust.reasons(unknown, result)]
@@ -152,6 +153,8 @@ def _of_photo(capture: Capture, result: dict[str, Any]) -> list[Line]:
     if "shift" in found:
         across, down, roll = found["shift"]
         title = f"Photo {capture.id}: shift"
-        lines.append(Line(f"{title} [pixels]", "0, 0", f"{across:.2f}, {down:.2f}"))
+        doubt = "" if found["shift_believed"] else "not to be believed"
+        moved = f"{across:.2f}, {down:.2f}"
+        lines.append(Line(f"{title} [pixels]", "0, 0", moved, verdict=doubt))
         lines.append(Line(f"{title}, roll [degrees]", "0", f"{roll:.2f}"))
     return lines

@@ -21,9 +21,8 @@ from ..photos.silhouette import Silhouettes
 from ..photos.window import WHOLE, PhotoWindow, projection, window_of
 from .light_states import AS_IN_SCENE, light_state
 
-#: How the warning begins that names them.
-LEFT_OUT = "Cameras without a photo are left out"
-
+#: Names of cameras that a line has.
+_FEW = 3
 #: Why a pixel is not used, by its name in the counts of the native reader.
 _UNUSED = {
     "not_finite": "not finite",
@@ -180,10 +179,19 @@ def read_captures(
             capture = _read(camera, request, height, silhouettes, problems, warnings, packed)
             lights = light_state(scene, request, problems)
             captures += [replace(capture, lights=lights)] if capture is not None else []
-    left_out = [name for name in cameras if name not in {item.camera for item in requests}]
-    if requests and left_out:
-        warnings.append(f"{LEFT_OUT}: {listed(left_out)}")
     return captures
+
+
+def without_photo(scene: SceneValues, requests: Sequence[CaptureRequest]) -> str:
+    """One line on the cameras that no photo belongs to; "" where there are none. It is no warning:
+    a fit does not need them."""
+    used = {item.camera for item in requests}
+    names = [camera.name for camera in scene.cameras if camera.name not in used]
+    if not names or not requests:
+        return ""
+    first = listed(names[:_FEW])
+    rest = f" and {len(names) - _FEW} more" if len(names) > _FEW else ""
+    return f"{len(names)} of {len(scene.cameras)} cameras have no photo: {first}{rest}"
 
 
 def _read(
