@@ -251,6 +251,7 @@ def test_a_result_says_how_sure_it_is(tmp_path):
     assert row.sureness in {"SURE", "WEAK", "OPEN", "UNKNOWN"}
     drawn = " ".join(draw(panels.SELENITE_PT_result).split())
     assert settings.verdict.split(":")[0][:20] in drawn
+    assert "\u00b1" in drawn or row.sureness in {"OPEN", "UNKNOWN"}
     assert "Body: Base Color red" not in drawn  # the whole report is behind a triangle
     settings.show_report = True
     drawn = draw(panels.SELENITE_PT_result)

@@ -101,6 +101,12 @@ def test_a_scene_without_light_is_named_at_loading(sample):
     load(sample)
     (problem,) = state.PROBLEMS[bpy.context.scene.name]
     assert problem.object == "Scene" and "gives light" in problem.cause
+    assert "selenite.light_world" in draw(panels.SELENITE_PT_head)
+    assert bpy.ops.selenite.light_world() == {"FINISHED"}
+    assert not state.PROBLEMS[bpy.context.scene.name]
+    inputs = bpy.context.scene.world.node_tree.nodes["Background"].inputs
+    assert inputs["Strength"].default_value == 1.0
+    assert tuple(inputs["Color"].default_value) == (0.5, 0.5, 0.5, 1.0)
 
 
 def test_a_folder_without_such_photos_is_no_silence(sample, tmp_path):

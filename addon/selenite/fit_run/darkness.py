@@ -12,6 +12,8 @@ from .captures.prepared import Capture
 from .fields import FieldUnknown
 from .unknowns import Unknown
 
+#: The kind of the Problem of a scene without light.
+DARK = "dark"
 #: Who owns the world's parameters.
 _WORLD = "World"
 
@@ -35,7 +37,7 @@ def problems_of_darkness(
     if _is_dark(values, AS_IN_SCENE, fitted):
         cause = "no lamp, world or material of it gives light, and none of them is fitted"
         cure = "add the light of the photos: a lamp, the world's color and strength, or an emission"
-        return [Problem("Scene", cause, cure)]
+        return [Problem("Scene", cause, cure, DARK)]
     cure = "say which lamps were on, and whether the world was; or leave the photo out"
     return [
         Problem(f"Photo '{item.id}'", f"its lights give no light ({described(item.lights)})", cure)

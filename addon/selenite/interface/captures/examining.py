@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import bpy
 
 from ...fit_run.captures.prepared import read_captures
-from ...fit_run.darkness import problems_of_darkness
+from ...fit_run.darkness import DARK, problems_of_darkness
 from ...fit_run.photos import pairing
 from ...fit_run.photos.files import header
 from ...fit_run.photos.window import ASPECT, window_of
@@ -25,6 +25,7 @@ from ..texts import announce
 from ..ticking import redraw
 
 _POLL = 0.2  # seconds
+_GREY = (0.5, 0.5, 0.5, 1.0)
 
 
 class Examining:
@@ -175,9 +176,34 @@ class SELENITE_OT_set_resolution(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class SELENITE_OT_light_world(bpy.types.Operator):
+    """Give the world an even grey light of strength 1. Replace it by the light of the photos, or
+    tick what is not known of it"""
+
+    bl_idname = "selenite.light_world"
+    bl_label = "Light the World"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """One undo step; a world with links keeps them, and stays as it is."""
+        scene = context.scene
+        world: Any = scene.world or bpy.data.worlds.new("World")
+        world.use_nodes = True
+        nodes = world.node_tree.nodes
+        found = next((node for node in nodes if node.bl_idname == "ShaderNodeBackground"), None)
+        inputs = [found.inputs["Color"], found.inputs["Strength"]] if found is not None else []
+        if not inputs or any(item.is_linked for item in inputs):
+            announce(self, {"WARNING"}, "The world has nodes of its own; light it there")
+            return {"CANCELLED"}
+        inputs[0].default_value, inputs[1].default_value = _GREY, 1.0
+        scene.world = world
+        _solved(scene, DARK)
+        return {"FINISHED"}
+
+
 def _solved(scene: bpy.types.Scene, kind: str) -> None:
     left = [item for item in PROBLEMS.get(scene.name, ()) if item.kind != kind]
     PROBLEMS[scene.name] = left
 
 
-CLASSES = (SELENITE_OT_pair_photos, SELENITE_OT_set_resolution)
+CLASSES = (SELENITE_OT_pair_photos, SELENITE_OT_set_resolution, SELENITE_OT_light_world)

@@ -99,7 +99,8 @@ class SELENITE_OT_open_sample(bpy.types.Operator):
             if job.work.path is None:
                 announce(self, {"ERROR"}, _failure(job.work))
                 return {"CANCELLED"}
-            _open(job.work.path)
+            bpy.ops.wm.open_mainfile(filepath=str(job.work.path))
+            _prefer_draft()
             return {"FINISHED"}
         SAMPLE.start(job, context.scene.name)
         bpy.app.timers.register(_wait, first_interval=_POLL, persistent=True)
@@ -143,17 +144,19 @@ def _wait() -> float | None:
     if work.path is not None:
         window = bpy.context.window_manager.windows[0]
         with bpy.context.temp_override(window=window):
-            _open(work.path)
+            bpy.ops.wm.open_mainfile(filepath=str(work.path), load_ui=False)
+        # Later: what this timer knows of windows is that of the file before.
+        bpy.app.timers.register(_prefer_draft, first_interval=0.1)
     elif work.trouble:
         SAMPLE.lines = [_failure(work)]
         redraw(bpy.context)
     return None
 
 
-def _open(path: Path) -> None:
-    """With the windows as they are, and a fit that takes about a minute."""
-    bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
-    bpy.context.scene.selenite.preset = "draft"
+def _prefer_draft() -> None:
+    """Its fit takes about a minute."""
+    for scene in bpy.data.scenes:
+        scene.selenite.preset = "draft"
 
 
 def _failure(work: Making) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import bpy
 
+from ...fit_run.darkness import DARK
 from ...fit_run.photos.pairing import KIND as PAIRING
 from ...fit_run.photos.window import ASPECT
 from ...scene_read.geometry.bodies import OPEN_BODY
@@ -20,6 +21,7 @@ _REMEDIES = {
     ASPECT: "selenite.set_resolution",
     PAIRING: "selenite.pair_photos",
     OPEN_BODY: "selenite.close_body",
+    DARK: "selenite.light_world",
 }
 #: Of what is said of a run: percent, phase and time left.
 _LINES = 2
@@ -143,10 +145,10 @@ def _draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context) -> No
             # A word beside it would cut the name.
             button = line.operator("selenite.select_problem", text="", icon="RESTRICT_SELECT_OFF")
             button.thing = problem.object
+        cause = shown(in_panel_words(problem.cause))
+        paragraph(box, context, f"{cause[:1].upper()}{cause[1:]}.")
+        paragraph(box, context, in_panel_words(problem.cure), "FORWARD")
         if problem.kind in _REMEDIES:
             remedy = box.operator(_REMEDIES[problem.kind], icon="TOOL_SETTINGS")
             if problem.kind == OPEN_BODY:
                 remedy.thing = problem.object
-        cause = shown(in_panel_words(problem.cause))
-        paragraph(box, context, f"{cause[:1].upper()}{cause[1:]}.")
-        paragraph(box, context, in_panel_words(problem.cure), "FORWARD")
