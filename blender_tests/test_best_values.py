@@ -54,7 +54,7 @@ def test_result_json_has_the_best_values_and_their_iteration(done):
             row = found["parameters"][name]
             assert np.ravel(row["value"]) == pytest.approx(best), name
             assert np.ravel(row["initial"]) == pytest.approx(START[name]), name
-            assert (row.minimum, row.maximum) == BOUNDS[name]
+            assert (row["minimum"], row["maximum"]) == BOUNDS[name]
         assert found["best_iteration"] == recording_fit.BEST_ITERATION
         assert found["iterations"] == recording_fit.ITERATIONS
         assert (found["samples"], found["dropped"]) == (1234, 6)
@@ -137,7 +137,7 @@ def test_history_has_every_iteration_and_the_bias_by_channel(done):
 def test_each_parameter_by_its_own_bounds(done):
     recorded, _, _, _ = done
     found = {
-        f"{item['owner']}:{item['parameter']}": (item.minimum, item.maximum)
+        f"{item.owner}:{item.parameter}": (item.minimum, item.maximum)
         for item in recorded.fit.unknowns
     }
     assert found == BOUNDS

@@ -57,7 +57,7 @@ def test_a_fit_tells_thick_from_thin_and_writes_both_files(photo, tmp_path, caps
     row = report["parameters"]["Smoke:density_grid"]
     assert row["voxels"] == [4, 4, 4]
     assert row["initial"] == [1.0]
-    assert (row.minimum, row.maximum) == (0, 10)
+    assert (row["minimum"], row["maximum"]) == (0, 10)
     assert row["files"] == ["Smoke_density.npy", "Smoke_density.vol"]
     found = grid_files.read(str(folder / "Smoke_density.npy"))
     assert np.array_equal(found, grid_files.read(str(folder / "Smoke_density.vol")))

@@ -182,9 +182,7 @@ def test_presets_are_what_the_guide_says(scene, tmp_path, capsys, monkeypatch, o
     assert unknowns_of(recorded.fit) == expected_unknowns(0.03)
 
 
-def test_stages_ask_for_one_fit_each(scene, tmp_path, capsys, monkeypatch):
-    """The second starts at the best values of the first, without multi-start; the first ends
-    without refinement. Iterations count over both."""
+def test_stages_have_settings_and_pictures_of_their_own(scene, tmp_path, capsys, monkeypatch):
     recorded = recording_fit.install(monkeypatch)
     stages = tmp_path / "stages.json"
     colour, rest = "Body:base_color", ["Body:base_color", "Body:roughness", "Key Light:power"]
@@ -195,18 +193,12 @@ def test_stages_ask_for_one_fit_each(scene, tmp_path, capsys, monkeypatch):
     stages.write_text(json.dumps({"schema": 1, "stages": entries}))
     status, report, printed = command(capsys, *words(scene, tmp_path, *WORDS, f"--stages={stages}"))
     assert status == 0, printed
-    first, second = [fit for fit in recorded.fits if "start" in fit.calls]
-    assert first.settings == SETTINGS | {"iterations": 9, "spp": 8, "refinement": "off"}
-    assert second.settings == SETTINGS | {"search": "off", "seed": 11 + (1 << 32)}
-    assert [item.parameter for item in first.unknowns] == ["base_color"]
+    first, second = recorded.fit.stages
+    assert first.settings == SETTINGS | {"iterations": 9, "spp": 8}
+    assert second.settings == SETTINGS | {"seed": 11 + (1 << 32)}
+    assert (first.parameters, second.parameters) == ([colour], rest)
     assert {photo.reference.shape for photo in first.photos} == {(12, 16, 3)}
     assert {photo.reference.shape for photo in second.photos} == {(18, 24, 3)}
-    assert second.start_values[colour] == pytest.approx(first.best[colour])
-    assert recording_fit.values_of(second.scene, [colour])[colour] == pytest.approx(
-        first.best[colour]
-    )
-    assert report["iterations"] == 2 * recording_fit.ITERATIONS
-    assert report["best_iteration"] == recording_fit.ITERATIONS + recording_fit.BEST_ITERATION
-    assert [stage["best_iteration"] for stage in report["stages"]] == [3, 3]
-    assert report["stages"][0]["values"] == {colour: pytest.approx(first.best[colour])}
-    assert report["parameters"][colour]["value"] == pytest.approx(second.best[colour])
+    assert unknowns_of(recorded.fit) == expected_unknowns(0.07)
+    assert [stage["name"] for stage in report["stages"]] == ["colour", "rest"]
+    assert report["parameters"][colour]["value"] == pytest.approx(recorded.fit.best[colour])

@@ -100,8 +100,8 @@ def test_ticks_starts_and_bounds_reach_the_native_fit_and_stay(settings, monkeyp
     fit = fitted(settings, monkeypatch, RAMP, FACTOR)
     by_name = {item.parameter: item for item in fit.unknowns}
     assert set(by_name) == {RAMP, FACTOR}
-    assert by_name[RAMP]["start"] == pytest.approx([0.3, 0.5, 0.7])
-    assert (by_name[RAMP]["minimum"], by_name[RAMP]["maximum"]) == pytest.approx((0.1, 0.9))
+    assert by_name[RAMP].start == pytest.approx([0.3, 0.5, 0.7])
+    assert (by_name[RAMP].minimum, by_name[RAMP].maximum) == pytest.approx((0.1, 0.9))
     bpy.ops.selenite.refresh_rows()
     row = rows(settings)[RAMP]
     assert row.enabled and row.maximum == pytest.approx(0.9) and row.use_start

@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from .. import native
 from ..fit_run.answer.light_pairing import with_warnings
 from ..fit_run.answer.results import (
     finished,
@@ -94,7 +95,7 @@ def _written(
 ) -> Path | None:
     """The result folder; None where it could not be written."""
     seconds = seconds_of_pictures(plan, result)
-    pictures = result["stopped_because"] != "cancelled" or seconds < _PATIENCE
+    pictures = result["stopped"] != native.core().StopReason.CANCELLED or seconds < _PATIENCE
     if not pictures:
         say(
             f"The pictures are left out: they would take about {seconds / 60:.1f} min. "

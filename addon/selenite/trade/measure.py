@@ -206,7 +206,7 @@ class Trade:
         finally:  # nobody may want it any more
             job.cancel()
             job.join()
-        if state.stopped_because == "cancelled":
+        if state.stopped == native.core().StopReason.CANCELLED:
             return
         result = job.result()
         row.runs.append(_run(self.plan, plan, result))

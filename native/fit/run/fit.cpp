@@ -7,13 +7,30 @@ namespace selenite {
 
 Fit::Fit(Scene scene, std::vector<Photo> photos, const std::vector<UnknownParameter>& unknowns,
          FitSettings settings)
-    : problem_(std::move(scene), std::move(photos), unknowns, std::move(settings)),
-      strategy_(problem_),
-      run_(problem_, strategy_) {
+    : Fit(std::make_shared<FitProblem>(std::move(scene), std::move(photos), unknowns,
+                                       std::move(settings))) {}
+
+Fit::Fit(std::shared_ptr<FitProblem> problem)
+    : shared_(problem), problem_(*problem), strategy_(problem_), run_(problem_, strategy_) {
   if (strategy_.multi_start)
     enter(std::make_unique<MultiStartPhase>(run_, minima_));
   else
     enter(std::make_unique<Descent>(run_));
+}
+
+std::vector<PlannedRenders> Fit::plan(const FitProblem& problem, const Strategy& strategy) {
+  RenderPlan plan(problem, strategy);
+  if (strategy.multi_start) MultiStartPhase::plan(plan);
+  Descent::plan(plan);
+  if (!strategy.refines) return plan.renders();
+  if (strategy.joint) {
+    FieldRefinementPhase::plan(plan);
+    if (strategy.profiles_roughness()) RoughnessProfile::plan(plan);
+    return plan.renders();
+  }
+  RefinementPhase::plan(plan);
+  ComparisonPhase::plan(plan);
+  return plan.renders();
 }
 
 bool Fit::step(Progress* progress) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "fit/state/best_iterate.h"
+#include "fit/state/render_plan.h"
 #include "fit/state/strategy.h"
 
 namespace selenite {
@@ -51,6 +52,7 @@ struct FitRun {
 };
 
 /// A phase of a fit. It owns its state and saves it: a fit can be resumed in the midst of any phase.
+/// Beside what it does each kind has `static void plan(RenderPlan&)`, what that will render.
 class Phase {
  public:
   virtual ~Phase() = default;

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from ... import native
 from ..captures.light_states import AS_IN_SCENE, described, is_as_in_scene, key_of
 from ..captures.prepared import Capture
 from ..captures.render import as_found, evaluator
@@ -88,7 +89,7 @@ def mismatches(
     say nothing of lights, and after a fit that was stopped: who stops one does not wait. Photos
     beyond `_MOST_SECONDS` are left out. May be interrupted between two pictures."""
     captures = plan.captures
-    if result.get("stopped_because") == "cancelled":
+    if result["stopped"] == native.core().StopReason.CANCELLED:
         return []
     if all(is_as_in_scene(item.lights) for item in captures):
         return []
