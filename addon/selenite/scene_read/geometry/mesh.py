@@ -14,7 +14,7 @@ import numpy as np
 from ...problems import Problem
 from .. import hosts
 from ..values import MeshValues, SceneValues
-from . import not_rendered
+from . import corner_normals, not_rendered
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,11 @@ def _triangles(
     corners = hosts.whole_numbers(mesh.loop_triangles, "loops", 3).astype(np.intp)
     check()
     vertices = np.take(corner_vertices, corners)
-    normals = hosts.corner_normals(mesh, corners, vertices).reshape(-1, 3, 3)
+    normals = corner_normals.of(mesh, positions, corners, vertices).reshape(-1, 3, 3)
+    if hosts.has_free_normals(mesh) and _differ_in_length(normals):
+        cause = "its custom normals differ in length, by which Cycles weights them"
+        cure = "normalize them before the node Set Mesh Normal"
+        read.problems.append(Problem(f"Object '{evaluated.name}'", cause, cure))
     check()
     uv_maps = hosts.corner_uv_maps(mesh, corners)
     colors = hosts.corner_colors(mesh, corners, vertices)
@@ -129,6 +133,12 @@ def _triangles(
         colors=colors,
         other_attributes=others,
     )
+
+
+def _differ_in_length(normals: np.ndarray) -> bool:
+    """Whether those of a triangle (m, 3, 3) do, by more than rounding; not where one is missing."""
+    lengths = np.linalg.norm(normals, axis=2)
+    return bool((lengths.max(axis=1) > 1.001 * lengths.min(axis=1)).any())
 
 
 def _slots(mesh: bpy.types.Mesh, evaluated: bpy.types.Object) -> np.ndarray:
