@@ -83,11 +83,14 @@ class Accelerator;
 ///
 /// A mesh used once is transformed to world space in double; a mesh used several times stays in its
 /// own space and is instanced. All coordinates are relative to `origin`, the centre of the scene, so
-/// that a scene far from the world's origin keeps its digits.
+/// that a scene far from the world's origin keeps its digits; or a place between the cameras, where
+/// something far away would have moved the centre too far from what they see.
 class Geometry {
  public:
-  /// Drops triangles with non-finite corners or no area, counts them in `dropped`.
-  Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances);
+  /// Drops triangles with non-finite corners or no area, counts them in `dropped`. `eyes`: where
+  /// cameras stand.
+  Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances,
+           const std::vector<Vec3d>& eyes = {});
   ~Geometry();
   Geometry(const Geometry&) = delete;
   Geometry& operator=(const Geometry&) = delete;
@@ -115,7 +118,7 @@ class Geometry {
     std::array<Vec3f, 3> corners, normals;
     Vec3f ng;
     int slot;
-    float coordinate;  ///< the largest
+    float coordinate;  ///< the largest, or that along `ng` where that is far smaller
   };
   /// Of an instance whose mesh is kept in world space; null for others, of which `surface` knows.
   const Face* face(int instance, int triangle) const {
@@ -139,6 +142,7 @@ class Geometry {
   const std::vector<Instance>& instances() const { return instances_; }
   const Vec3d& origin() const { return origin_; }
   float radius() const { return radius_; }  ///< of a sphere around `origin` that holds everything
+  float reach() const { return reach_; }    ///< likewise, that holds what lies next to the cameras
   const std::vector<std::pair<std::string, long>>& dropped() const { return dropped_; }
   long triangle_count() const;
 
@@ -151,7 +155,10 @@ class Geometry {
   std::vector<Transform> to_object_;  ///< likewise
   std::vector<char> closed_;          ///< per mesh
   Vec3d origin_;
-  float radius_ = 0;
+  float radius_ = 0, reach_ = 0;
+  /// Sets origin, radius and reach.
+  void place(const std::vector<Vec3d>& eyes);
+
   std::vector<std::pair<std::string, long>> dropped_;
   std::unique_ptr<Accelerator> accelerator_;
   mutable std::mutex preparing_;

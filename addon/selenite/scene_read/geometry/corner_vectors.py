@@ -10,6 +10,7 @@ from .. import hosts
 from ..shaders import ALPHA, GENERATED, ISLAND, NORMAL, POINTINESS, SIGN, TANGENT
 from ..values import MeshValues
 from . import pointiness, tangents
+from .mesh import is_placed
 
 MeshVectors = tuple[tuple[str, np.ndarray], ...]
 
@@ -58,7 +59,7 @@ def _alpha(mesh: bpy.types.Mesh, name: str) -> np.ndarray | None:
     corners = hosts.whole_numbers(mesh.loop_triangles, "loops", 3).astype(np.intp)
     vertices = np.take(hosts.corner_vertices(mesh), corners)
     # Without the triangles that a reader of the mesh leaves out.
-    finite = np.isfinite(hosts.floats(mesh.vertices, "co", 3)).all(axis=1)
+    finite = is_placed(hosts.floats(mesh.vertices, "co", 3))
     kept = np.repeat(finite[vertices.reshape(-1, 3)].all(axis=1), 3)
     found = hosts.color_attribute(mesh, name)
     if found is None:

@@ -16,6 +16,9 @@ from .. import hosts
 from ..values import MeshValues, SceneValues
 from . import corner_normals, not_rendered
 
+#: Embree, by which Cycles traces rays, leaves out what is farther.
+_FARTHEST = 1.8e18
+
 
 @dataclass(frozen=True)
 class Instance:
@@ -109,12 +112,12 @@ def _triangles(
     known = {name for name, _ in (*uv_maps, *colors)}
     others = tuple(item.name for item in mesh.attributes if item.name not in known)
 
-    finite = np.isfinite(positions).all(axis=1)
+    finite = is_placed(positions)
     if not finite.all():
         good = finite[triangles].all(axis=1)
         read.warn(
             f"Object '{evaluated.name}': {int((~good).sum())} triangles with vertices that are not "
-            "finite are left out"
+            "finite are left out, as in Cycles"
         )
         positions = np.where(finite[:, None], positions, np.float32(0))
         triangles, slots, normals = triangles[good], slots[good], normals[good]
@@ -133,6 +136,14 @@ def _triangles(
         colors=colors,
         other_attributes=others,
     )
+
+
+def is_placed(positions: np.ndarray) -> np.ndarray:
+    """(n,) bool of vertices (n, 3): those of which Cycles' ray tracing takes the faces. Blender
+    makes the largest number of what is infinite."""
+    with np.errstate(invalid="ignore"):
+        placed: np.ndarray = (np.abs(positions) < _FARTHEST).all(axis=1)
+    return placed
 
 
 def _differ_in_length(normals: np.ndarray) -> bool:

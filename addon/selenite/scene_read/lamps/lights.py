@@ -103,8 +103,8 @@ def _through_nodes(
     """An Emission node whose inputs are constants, or are computed from them, multiplies the lamp;
     anything else is a problem."""
     cure = "switch off Use Nodes of the lamp or use one Emission node with constant inputs"
-    output = light.node_tree.get_output_node("CYCLES")
-    source = nodes.source_of(output.inputs["Surface"]) if output is not None else None
+    output = nodes.output_of(light.node_tree)
+    source = output.source("Surface") if output is not None else None
     if source is None or source.node is None:
         return values, [Problem(title, "its nodes have no output", cure)]
     if source.node.bl_idname != "ShaderNodeEmission":
