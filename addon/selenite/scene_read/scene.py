@@ -207,8 +207,8 @@ def _read_object(
         for slot, material in enumerate(slots)
     )
     for name in {found[slot] for slot in used}:
-        shading_data.judge_attributes(title, read.meshes[index], name, read)
         shading_data.add_vectors(evaluated, index, name, read)
+        shading_data.judge_attributes(title, read.meshes[index], name, read)
     _add_object(instance, layer, links, index, found, read)
     if room.baker is not None and read.objects and read.objects[-1].materials is found:
         place = len(read.objects) - 1
