@@ -29,7 +29,7 @@ from ..problems import BadInput, Problem, meant, problems_of
 from ..scene_read.options import options_of
 from ..scene_read.values import SceneValues
 from . import arguments
-from .capture_arguments import captures_from
+from .capture_arguments import captures_from, stored_captures
 from .environment_arguments import with_environment
 from .fit_results import deliver
 from .scene import open_scene, reading_of
@@ -92,13 +92,15 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     )
     scene, values = open_scene(base.scene, base.reading | reading_of(args))
 
-    from ..scene_read.photos import captures_of, packed_photos
+    from ..scene_read.photos import packed_photos
 
     settings = _settings(args, base, problems)
     stages = arguments.stages(args.stages, problems)
     unknowns = unknowns_of(args, base, values, stages, problems)
     names = [join_name(item.owner, item.parameter) for item in unknowns]
-    captures = captures_from(args, base.captures or captures_of(scene), values, problems)
+    captures = captures_from(
+        args, base.captures or stored_captures(args, scene, problems), values, problems
+    )
     wanted = args.stages or USUAL
     if not stages and names and wanted in STAGE_PRESETS:
         stages = stages_by_name(wanted, names, settings.iterations, problems, captures)

@@ -43,6 +43,7 @@ def rendered_instances(depsgraph: bpy.types.Depsgraph, read: SceneValues) -> Ite
         original = evaluated.original
         if item.show_particles:
             not_rendered.judge_hair(evaluated, read)
+            not_rendered.judge_simulation(evaluated, depsgraph.scene.frame_current, read)
         if not item.show_self or not not_rendered.is_read(evaluated, original, read):
             continue
         instancer = item.parent.original if item.is_instance else original
