@@ -232,9 +232,10 @@ def has_free_normals(mesh: bpy.types.Mesh) -> bool:
     return attribute is not None and attribute.data_type == "FLOAT_VECTOR"
 
 
-def shares_normals_of_corners() -> bool:
-    """Whether Cycles has one normal for all corners of a vertex that it does not split."""
-    return bpy.app.version < (5, 1, 0)
+def splits_faces() -> bool:
+    """Whether Cycles splits meshes at sharp edges, and has one normal for all corners of a vertex
+    that is left (4.1 to 5.0; what 3.x splits is not known here)."""
+    return (4, 1, 0) <= bpy.app.version < (5, 1, 0)
 
 
 def corner_normals(mesh: Any, corners: np.ndarray) -> np.ndarray:  # noqa: ANN401 - as versions have it

@@ -25,7 +25,7 @@ def of(
     """
     domain = hosts.normals_domain(mesh)
     if domain == "CORNER":
-        if hosts.has_free_normals(mesh) and hosts.shares_normals_of_corners():
+        if hosts.has_free_normals(mesh) and hosts.splits_faces():
             corners = _last_corners(mesh, corners)
         return hosts.corner_normals(mesh, corners)
     flat = hosts.flat_faces(mesh, all_are=domain == "FACE")

@@ -190,6 +190,24 @@ def _generated(mesh: bpy.types.Mesh) -> np.ndarray:
     return positions * half - (middle * half - np.float32(0.5))
 
 
+def islands_of_split(evaluated: bpy.types.Object, values: MeshValues) -> MeshVectors:
+    """The numbers of islands where Cycles counts these after it has split faces at sharp edges;
+    empty where it does not."""
+    if evaluated.type != "MESH" or not hosts.splits_faces():
+        return ()
+    if hosts.normals_domain(evaluated.data) != "CORNER":
+        return ()
+    try:
+        mesh: Any = evaluated.to_mesh()
+        mesh.split_faces()
+        numbers = _islands(mesh)
+        taken = np.take(numbers, _corners(mesh).vertices, axis=0)
+    finally:
+        evaluated.to_mesh_clear()
+    found: MeshVectors = ((ISLAND, np.ascontiguousarray(taken, np.float32)),)
+    return found if len(taken) == 3 * len(values.triangles) else ()
+
+
 def _islands(mesh: bpy.types.Mesh) -> np.ndarray:
     """A random number for each part of the mesh that hangs together, of its first root."""
     parents = list(range(len(mesh.vertices)))

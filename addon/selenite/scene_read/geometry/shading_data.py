@@ -9,6 +9,7 @@ import bpy
 
 from ...problems import Problem
 from ..baking.wanted import UV_NAME
+from ..shaders import ISLAND
 from ..values import MeshValues, ObjectFacts, SceneValues
 from . import corner_vectors, mesh
 
@@ -28,8 +29,12 @@ def add_vectors(evaluated: bpy.types.Object, index: int, material: str, read: Sc
     uv_maps -= {name for name, _ in values.uv_maps}
     if not names | colors | uv_maps:
         return
+    islands: corner_vectors.MeshVectors = ()
+    if ISLAND in names and (split := corner_vectors.islands_of_split(evaluated, values)):
+        islands = split
+        names.discard(ISLAND)
     with mesh.mesh_of(evaluated) as of_blender:
-        vectors = corner_vectors.made(of_blender, values, names)
+        vectors = islands + corner_vectors.made(of_blender, values, names)
         made = {
             name: corner_vectors.attribute(of_blender, values, name)
             for name in sorted(colors | uv_maps)
