@@ -118,10 +118,12 @@ def _report(body: BodyValues, whole: Closedness, read: SceneValues) -> str:
     elif (body.need == "glass" and not found.encloses) or (
         body.need == "subsurface" and found.leaks
     ):
+        same = "Cycles renders the same, but if a body is meant"
+        if found.doubled_faces:
+            same = "Cycles shows faces on top of others in another way, so"
         text = (
             f"{title}: {_LIGHT[body.need]} of material '{body.material}' does not come out as from "
-            f"a closed body: {_faults(found)}; Cycles renders the same, but if a body is meant: "
-            f"{_cure(found, whole)}"
+            f"a closed body: {_faults(found)}; {same}: {_cure(found, whole)}"
         )
     else:
         return ""
