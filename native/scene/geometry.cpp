@@ -152,48 +152,51 @@ constexpr double kFarFromCentre = 64;
 /// A camera inside of a box sees something at least this part of its radius away.
 constexpr double kInside = 0.05;
 
-}  // namespace
+/// Where a scene's coordinates begin, and how far it reaches from there.
+struct Place {
+  Vec3d origin;
+  Geometry::Radii radius;
+};
 
-void Geometry::place(const std::vector<Vec3d>& eyes) {
+Place place_of(const std::vector<Mesh>& meshes, const std::vector<Instance>& instances,
+               const std::vector<Vec3d>& eyes) {
   WorldBox all;
   std::vector<WorldBox> boxes;
-  for (const Instance& instance : instances_) {
-    WorldBox& box = boxes.emplace_back();
-    for (const Vec3f& p : meshes_[instance.mesh].positions)
+  for (const Instance& instance : instances) {
+    WorldBox box;
+    for (const Vec3f& p : meshes[instance.mesh].positions)
       if (finite(p)) box.include(instance.to_world.point(Vec3d(p)));
     if (box.empty()) continue;
     all.include(box.low), all.include(box.high);
+    boxes.push_back(box);
   }
-  if (all.empty()) return;
-  origin_ = (all.low + all.high) * 0.5;
-  radius_ = reach_ = static_cast<float>(all.radius());
+  if (all.empty()) return {};
+  const Vec3d middle = (all.low + all.high) * 0.5;
+  const auto radius = static_cast<float>(all.radius());
 
-  std::vector<double> nearest;
   bool far = false;
+  Vec3d sum;
+  double weights = 0;
+  std::vector<double> nearest;
   for (const Vec3d& eye : eyes) {
     double found = std::numeric_limits<double>::infinity();
     for (const WorldBox& box : boxes)
-      if (!box.empty())
-        found = std::min(found, std::max(box.distance(eye), kInside * box.radius()));
+      found = std::min(found, std::max(box.distance(eye), kInside * box.radius()));
+    const double weight = 1 / (found * found);
+    sum += eye * weight, weights += weight;
+    far = far || length(eye - middle) > kFarFromCentre * found;
     nearest.push_back(found);
-    far = far || length(eye - origin_) > kFarFromCentre * found;
   }
-  if (!far) return;
-  Vec3d sum{0, 0, 0};
-  double weights = 0;
-  for (std::size_t i = 0; i < eyes.size(); ++i) {
-    const double weight = 1 / (nearest[i] * nearest[i]);
-    sum += eyes[i] * weight, weights += weight;
-  }
-  if (!std::isfinite(weights)) return;
-  const Vec3d middle = origin_;
-  origin_ = sum * (1 / weights);
-  radius_ += static_cast<float>(length(origin_ - middle));
-  double reach = 0;
+  if (!far || !std::isfinite(weights)) return {middle, {radius, radius}};
+  const Vec3d origin = sum * (1 / weights);
+  double near = 0;
   for (std::size_t i = 0; i < eyes.size(); ++i)
-    reach = std::max(reach, length(eyes[i] - origin_) + nearest[i]);
-  reach_ = std::min(radius_, static_cast<float>(reach));
+    near = std::max(near, length(eyes[i] - origin) + nearest[i]);
+  const float farthest = radius + static_cast<float>(length(origin - middle));
+  return {origin, {farthest, std::min(farthest, static_cast<float>(near))}};
 }
+
+}  // namespace
 
 Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances,
                    const std::vector<Vec3d>& eyes)
@@ -210,7 +213,9 @@ Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances,
 
   std::vector<int> uses(meshes_.size(), 0);
   for (const Instance& instance : instances_) ++uses[instance.mesh];
-  place(eyes);
+  const Place place = place_of(meshes_, instances_, eyes);
+  origin_ = place.origin;
+  radius_ = place.radius;
 
   std::vector<int> prototypes(meshes_.size(), -1);
   std::vector<Vec3d> middles(meshes_.size());

@@ -95,6 +95,11 @@ class Geometry {
   Geometry(const Geometry&) = delete;
   Geometry& operator=(const Geometry&) = delete;
 
+  /// Of spheres around `origin`: one that holds everything, and one with what is next to cameras.
+  struct Radii {
+    float all = 0, near = 0;
+  };
+
   std::optional<Hit> intersect(const Ray& ray, RayKind kind) const;
   /// The same for camera rays that run close together, kTogether at most.
   static constexpr int kTogether = 8;
@@ -141,8 +146,7 @@ class Geometry {
   const std::vector<Mesh>& meshes() const { return meshes_; }
   const std::vector<Instance>& instances() const { return instances_; }
   const Vec3d& origin() const { return origin_; }
-  float radius() const { return radius_; }  ///< of a sphere around `origin` that holds everything
-  float reach() const { return reach_; }    ///< likewise, that holds what lies next to the cameras
+  const Radii& radius() const { return radius_; }
   const std::vector<std::pair<std::string, long>>& dropped() const { return dropped_; }
   long triangle_count() const;
 
@@ -155,10 +159,7 @@ class Geometry {
   std::vector<Transform> to_object_;  ///< likewise
   std::vector<char> closed_;          ///< per mesh
   Vec3d origin_;
-  float radius_ = 0, reach_ = 0;
-  /// Sets origin, radius and reach.
-  void place(const std::vector<Vec3d>& eyes);
-
+  Radii radius_;
   std::vector<std::pair<std::string, long>> dropped_;
   std::unique_ptr<Accelerator> accelerator_;
   mutable std::mutex preparing_;

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from typing import Any, cast
 
 import bpy
-import mathutils
 import numpy as np
 
 _LINEAR_NAMES = {"Linear", "Linear Rec.709", "Linear BT.709", "Non-Color", "Raw", "Generic Data"}
@@ -107,13 +106,6 @@ def transparent_shadows(material: bpy.types.Material) -> bool:
     if hasattr(material, "use_transparent_shadow"):  # 4.2 on
         return bool(material.use_transparent_shadow)
     return bool(material.cycles.use_transparent_shadow)
-
-
-def working_space() -> np.ndarray:
-    """(3, 3): linear Rec. 709 -> what the open file's colour management computes in."""
-    primaries = np.eye(3)
-    made = [mathutils.Color(one).from_rec709_linear_to_scene_linear() for one in primaries]
-    return np.array([tuple(one) for one in made]).T
 
 
 def is_linear(image: bpy.types.Image) -> bool:

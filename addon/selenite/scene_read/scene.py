@@ -12,7 +12,7 @@ import numpy as np
 from .. import parameters
 from ..problems import Problem
 from . import camera as cameras
-from . import hosts, linking, properties, view_layers, visibility, volume_objects
+from . import linking, properties, view_layers, visibility, volume_objects, working_space
 from .baking.approximated import ComparisonAsked
 from .baking.baked import BakeAsked
 from .baking.wanted import Baker
@@ -27,9 +27,6 @@ from .shading import materials, world
 from .shading.nodes import Unreadable
 from .shading.textures import TextureRoom
 from .values import ALL_SETS, ObjectValues, SceneValues
-
-#: What Blender's own configuration is off by, with room to spare.
-_SAME_SPACE = 1e-3
 
 
 def read_scene(
@@ -66,7 +63,7 @@ def reading(
         cause = f"a render has {width} x {height} pixels"
         cure = "raise the resolution or its percentage"
         read.problems.append(Problem(f"Scene '{scene.name}'", cause, cure))
-    _judge_working_space(scene, read)
+    read.problems += working_space.problems(scene)
     found = cameras.named_cameras(scene)
     layer = view_layer_of(scene)
     rendered: list[bpy.types.Object] = []
@@ -99,18 +96,6 @@ def reading(
             yield ComparisonAsked(scene, options, room.approximations, read)
     read.lamp_frames = LampFrames(scene, read)
     return read
-
-
-def _judge_working_space(scene: bpy.types.Scene, read: SceneValues) -> None:
-    """Photos, images and values are linear Rec. 709 here; Cycles would take them for something
-    else."""
-    if np.abs(hosts.working_space() - np.eye(3)).max() > _SAME_SPACE:
-        cause = "its colours are computed in another space than linear Rec. 709"
-        cure = (
-            "set the Working Space of the file to Linear Rec.709, or start without the variable "
-            "OCIO of another configuration"
-        )
-        read.problems.append(Problem(f"Scene '{scene.name}'", cause, cure))
 
 
 def _read(

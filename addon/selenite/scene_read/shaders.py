@@ -36,13 +36,30 @@ MADE = {
     "N": SHADED,
 }
 NOT_MADE = frozenset(
-    name
-    for names in (
-        "tangent_sign undeformed undisplaced motion_P motion_N particle shadow_transparency",
-        "curve_intercept curve_length curve_random point_random ptex_face_id ptex_uv",
-        "density color flame heat temperature velocity velocity_x velocity_y velocity_z",
-    )
-    for name in names.split()
+    {
+        "tangent_sign",
+        "undeformed",
+        "undisplaced",
+        "motion_P",
+        "motion_N",
+        "particle",
+        "shadow_transparency",
+        "curve_intercept",
+        "curve_length",
+        "curve_random",
+        "point_random",
+        "ptex_face_id",
+        "ptex_uv",
+        "density",
+        "color",
+        "flame",
+        "heat",
+        "temperature",
+        "velocity",
+        "velocity_x",
+        "velocity_y",
+        "velocity_z",
+    }
 )
 #: Other names of what renders by default.
 USUAL_UV, USUAL_COLOR = "uv", "vertex_color"

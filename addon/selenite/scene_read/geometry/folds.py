@@ -26,8 +26,10 @@ def warn_of_folds(read: SceneValues) -> None:
     for index, mesh in enumerate(read.meshes):
         count, part = folded(mesh) if index in used else (0, 0.0)
         if part > _MOST:
-            cause = f"{count} of its triangles lie on each other, which Cycles shows otherwise "
-            cause += "(with shadows, or black)"
+            cause = (
+                f"{count} of its triangles lie on each other, which Cycles shows otherwise (with "
+                "shadows, or black)"
+            )
             read.problems.append(Problem(f"Mesh '{mesh.name}'", cause, _CURE))
         elif part > _LEAST:
             read.warn(

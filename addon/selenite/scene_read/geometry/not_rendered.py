@@ -65,8 +65,10 @@ def judge_simulation(evaluated: bpy.types.Object, frame: int, read: SceneValues)
         moves = settings.physics_type != "NO" and frame > cache.frame_start
         if shown and moves and not cache.is_baked:
             title = f"Object '{evaluated.original.name}'"
-            cause = f"particle system '{system.name}' is simulated and not baked: Cycles may show "
-            cause += "other places of its particles"
+            cause = (
+                f"particle system '{system.name}' is simulated and not baked: Cycles may show "
+                "other places of its particles"
+            )
             _refuse(title, cause, "use Bake in its Cache, or make its instances real", read)
 
 

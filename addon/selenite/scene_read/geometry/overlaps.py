@@ -118,13 +118,17 @@ def _fault(first: Surface, second: Surface, glass: Collection[str]) -> Problem |
     if first.item is None or second.item is None or first.title == second.title:
         return None
     if _are_twins(first, second):
-        cause = f"it is there twice at one place, the other time as {_lower(second.title)}, which "
-        cause += "Cycles shows otherwise (with shadows, or black)"
+        cause = (
+            f"it is there twice at one place, the other time as {_lower(second.title)}, which "
+            "Cycles shows otherwise (with shadows, or black)"
+        )
         return Problem(first.title, cause, "delete one of both")
     if glass.isdisjoint(first.item.materials) or glass.isdisjoint(second.item.materials):
         return None
-    cause = f"it shares a wall with {_lower(second.title)}, and light gets through both: Cycles "
-    cause += "meets one of two faces at one place, and another one each time"
+    cause = (
+        f"it shares a wall with {_lower(second.title)}, and light gets through both: Cycles meets "
+        "one of two faces at one place, and another one each time"
+    )
     cure = "let one reach a little into the other, or leave a gap"
     return Problem(first.title, cause, cure)
 
