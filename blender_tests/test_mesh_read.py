@@ -89,3 +89,18 @@ def test_each_triangle_has_the_slot_of_its_face():
     item.data.calc_loop_triangles()
     expected = [min(one.material_index, 2) for one in item.data.loop_triangles]
     np.testing.assert_array_equal(read.material_slots, expected)
+
+
+@pytest.mark.parametrize("number", [float("inf"), float("nan"), 1e19])
+def test_faces_of_a_vertex_that_is_nowhere_are_left_out_with_a_warning(number):
+    bpy.ops.mesh.primitive_cube_add(size=2)
+    bpy.context.object.data.vertices[0].co.x = number
+    read = made.read()
+    (mesh,) = read.meshes
+    assert np.isfinite(mesh.positions).all() and np.abs(mesh.positions).max() <= 1
+    left = 12 - len(mesh.triangles)
+    assert 3 <= left <= 6  # triangles of three quads
+    assert read.warnings == [
+        f"Object 'Cube': {left} triangles with vertices that are not finite are left out, as in "
+        "Cycles"
+    ]

@@ -161,7 +161,8 @@ def _at_vertices(mesh: bpy.types.Mesh, of_edges: np.ndarray, kind: str) -> np.nd
     if kind == "BOOLEAN":
         return (sums > 0).astype(np.float32)
     mean = sums / np.maximum(counts, 1)
-    return (np.rint(mean) if kind.startswith("INT") else mean).astype(np.float32)
+    whole = np.floor(mean + 0.5) if kind.startswith("INT") else mean
+    return whole.astype(np.float32)
 
 
 def _factor(mesh: bpy.types.Mesh, values: MeshValues, name: str) -> np.ndarray | None:
