@@ -139,7 +139,8 @@ def _report(command: str, report: dict[str, Any], json_out: TextIO | None) -> in
         say(f"{command}: {' '.join(str(report['error']).split())}")
         status = 1
     for problem in report.get("problems", ()):  # `check` reports them with all the rest
-        say(f"{command}: {Problem(**problem).line()}")
+        line = Problem(**problem).line()
+        say(line if line.lower().startswith(f"{command}: ") else f"{command}: {line}")
         status = 2
     if json_out is not None:
         try:

@@ -49,8 +49,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     start_file, fitted_file = out / "start.blend", out / "fitted.blend"
     say("building the scene with its dark opaque start")
     scene.EXAMPLE.save_start(start_file)
-    folder = scenes() / NAME
-    photos = [f"--photo={c}={folder / c}.png" for c in truth["cameras"]]
+    photos = [f"--photo={c}={scene.PHOTOS / c}.png" for c in truth["cameras"]]
     command = ["fit", str(start_file), *photos]
     command += [f"--fit={truth['material']}:{','.join(truth['parameters'])}"]
     command += [f"--out={out}", f"--save={fitted_file}", "--check-in-cycles"]

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <pybind11/stl.h>
 
-#include "fit/run/schedule.h"
+#include "fit/run/fit.h"
 #include "module/bindings.h"
 #include "module/fit_arguments.h"
 
@@ -14,18 +14,17 @@ namespace {
 /// photos: (id, camera, width, height) each.
 py::list schedule_list(const Scene& scene,
                        const std::vector<std::tuple<std::string, std::string, int, int>>& photos,
-                       const py::list& unknowns, const py::dict& settings) {
+                       const std::vector<UnknownParameter>& unknowns, const py::dict& settings) {
   std::vector<Photo> sizes;
   for (const auto& [id, camera, width, height] : photos) {
     sizes.push_back(photo_of_size(camera, width, height));
     sizes.back().id = id;
   }
-  const std::vector<UnknownParameter> wanted = unknowns_of(unknowns);
   const FitSettings with = settings_of(settings);
   const auto planned = [&] {
     const py::gil_scoped_release release;
-    FitProblem problem(scene, std::move(sizes), wanted, with);
-    return schedule(problem, Strategy(problem));
+    FitProblem problem(scene, std::move(sizes), unknowns, with);
+    return Fit::plan(problem, Strategy(problem));
   }();
   py::list plan;
   for (const PlannedRenders& one : planned)

@@ -52,6 +52,16 @@ def test_wrong_words_are_problems_in_json_too(
     assert capsys.readouterr().out == ""
 
 
+def test_a_problem_that_is_named_like_its_command_has_one_prefix(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    found = [Problem("Fit", "there is no photo", "give one"), Problem("Camera 'A'", "lost", "go")]
+    report = {"problems": [item.as_json() for item in found]}
+    assert cli._report("fit", report, None) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert said == ["Fit: there is no photo; give one", "fit: Camera 'A': lost; go"]
+
+
 def commands() -> dict[str, argparse.ArgumentParser]:
     """The parser of each."""
     (action,) = [item for item in cli.build_parser()._actions if item.dest == "command"]

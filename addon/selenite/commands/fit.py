@@ -5,23 +5,25 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
 from ..fit_run.answer.results import new_folder, size_of
-from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
+from ..fit_run.captures.prepared import without_photo
+from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, load
 from ..fit_run.inputs import changes, inputs_of
 from ..fit_run.job import DESCENT, FitFailed, FitJob
 from ..fit_run.overall import Overall, time_text
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
-from ..fit_run.staging.job import StagedJob, make_job
 from ..fit_run.staging.request import AUTO, USUAL, StageRequest, stages_by_name
 from ..fit_run.staging.request import PRESETS as STAGE_PRESETS
-from ..fit_run.unknowns import usual_requests
+from ..fit_run.unknowns import WHICH_MATERIAL, candidates_of, fittable_usual, usual_requests
 from ..information.conditioning import StageChoice
 from ..parameters import join_name
 from ..paths import absolute, why_not_folder
@@ -32,6 +34,7 @@ from . import arguments
 from .capture_arguments import captures_from, stored_captures
 from .environment_arguments import with_environment
 from .fit_results import deliver
+from .fitted.start_result import begin_at, checked, start_folder, starting_there
 from .scene import open_scene, reading_of
 from .terminal import bar, say
 
@@ -65,13 +68,12 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             say(f"warning: {grids[0]}: the check in Cycles is left out: {missing}")
     for text in plan.warnings:
         say(f"warning: {text}")
-    say(f"model {plan.model}")
-    if plan.request.staging:
-        say(f"stages: {plan.request.staging}")
+    if unused := without_photo(values, plan.request.captures):
+        say(unused)
     if why := why_not_folder(out, size_of(plan)):
         raise BadInput(Problem(f"Folder '{out}'", why, arguments.OTHER_FOLDER))
     unfinished = unfinished or new_folder(out, SUFFIX)
-    job = make_job(plan, run.parts, run.state)
+    job = FitJob(plan, run.state)
     if resumes:
         say(f"going on after {job.progress().iteration} iterations")
     recorder = Recorder(unfinished, plan.request, run.inputs)
@@ -90,17 +92,24 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     base = (
         read_run(absolute(args.scene)) if args.scene.endswith(".json") else RunRequest(args.scene)
     )
+    begins_at, args.start = start_folder(args.start, problems)
+    begins_at = begins_at or base.begins_at
+    arguments.stop_if(problems)
     scene, values = open_scene(base.scene, base.reading | reading_of(args))
 
     from ..scene_read.photos import packed_photos
 
+    stored = base.captures or tuple(stored_captures(args, scene, problems))
+    if begins_at:
+        begin = checked(begins_at)
+        values = begin_at(scene, values, begin)
+        stored = stored or read_run(begin / "run.json").captures
     settings = _settings(args, base, problems)
     stages = arguments.stages(args.stages, problems)
     unknowns = unknowns_of(args, base, values, stages, problems)
+    unknowns = starting_there(unknowns, Path(begins_at)) if begins_at else unknowns
     names = [join_name(item.owner, item.parameter) for item in unknowns]
-    captures = captures_from(
-        args, base.captures or stored_captures(args, scene, problems), values, problems
-    )
+    captures = captures_from(args, stored, values, problems)
     wanted = args.stages or USUAL
     if not stages and names and wanted in STAGE_PRESETS:
         stages = stages_by_name(wanted, names, settings.iterations, problems, captures)
@@ -111,6 +120,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         settings=settings,
         stages=stages,
         reading=options_of(scene),
+        begins_at=begins_at,
     )
     if args.stages is None and args.scene.endswith(".json"):
         request = replace(request, stages=base.stages, staging=base.staging)
@@ -119,11 +129,11 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         plan = prepare(values, request, packed)
     except BadInput as error:
         problems += error.problems
-    arguments.stop_if(problems)
+    arguments.stop_if([_with_command(item, args, scene, values) for item in problems])
     if args.stages == AUTO:
         plan = _choose_stages(plan, lambda chosen: prepare(values, chosen, packed))
     inputs = inputs_of(values, plan.request, packed)
-    return scene, values, plan, Unfinished(plan.request, [], None, inputs)
+    return scene, values, plan, Unfinished(plan.request, None, inputs)
 
 
 def _choose_stages(plan: FitPlan, plan_of: Callable[[RunRequest], FitPlan]) -> FitPlan:
@@ -146,13 +156,15 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         if name != "threads" and getattr(args, name):
             cause, cure = "the run has its own", "leave it out, or start a new run"
             problems.append(Problem(f"Argument --{name.replace('_', '-')}", cause, cure))
-    run = going_on(load(absolute(args.resume)))
+    run = load(absolute(args.resume))
     request = replace(
         run.request,
         scene=args.scene or run.request.scene,
         settings=with_overrides(run.request.settings, {"threads": args.threads}),
     )
     scene, values = open_scene(request.scene, request.reading | reading_of(args))
+    if request.begins_at:
+        values = begin_at(scene, values, checked(request.begins_at))
 
     from ..scene_read.photos import packed_photos
 
@@ -168,7 +180,7 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     return scene, values, plan, replace(run, inputs=run.inputs or now)
 
 
-def _fit(job: FitJob | StagedJob, recorder: Recorder, *, resumed: bool) -> dict[str, Any]:
+def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> dict[str, Any]:
     """Runs to the end; Ctrl+C stops and keeps the best values so far. Of a fit that fails before
     its first iteration no folder stays; then raises BadInput, else FitFailed."""
     job.start()
@@ -196,7 +208,7 @@ def _fit(job: FitJob | StagedJob, recorder: Recorder, *, resumed: bool) -> dict[
         say("stopping; the best values so far are kept")
         job.cancel()
     except FitFailed as error:
-        if resumed or any(part["iterations"] for part in job.parts()):
+        if resumed or job.so_far()["iterations"]:
             raise
         recorder.finished()
         said = ValueError(str(error).removeprefix("Iteration 0: "))
@@ -272,6 +284,29 @@ def unknowns_of(
         if _known(key, found, problems):
             found[key] = replace(found[key], unseen=word)
     return tuple(with_environment(args, values, found, problems).values())
+
+
+def _with_command(
+    problem: Problem,
+    args: argparse.Namespace,
+    scene: Any,  # noqa: ANN401 - a bpy scene
+    values: SceneValues,
+) -> Problem:
+    """Where the material is not named: a command that names that of the active object, to be
+    copied."""
+    if problem.kind != WHICH_MATERIAL:
+        return problem
+    candidates = candidates_of(values)
+    if not candidates:
+        return problem
+    active = scene.view_layers[0].objects.active
+    slots = [slot.material for slot in active.material_slots] if active is not None else []
+    own = [slot.name for slot in slots if slot is not None]
+    owner = next((item for item in candidates if item.datablock in own), candidates[0])
+    wanted = join_name(owner.name, ",".join(fittable_usual(owner)))
+    words = ["selenite", "fit", args.scene, "--fit", wanted]
+    words += [word for photo in args.photo or () for word in ("--photo", photo)]
+    return replace(problem, cure=f"name one, as in: {shlex.join(words)}")
 
 
 def _known(

@@ -10,22 +10,24 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from .. import native
 from ..fit_run.answer.light_pairing import with_warnings
 from ..fit_run.answer.results import (
     finished,
+    of_photos,
     result_json,
     seconds_of_pictures,
-    summary,
     write_results,
 )
-from ..fit_run.captures.render import alignments_of, gains_of
+from ..fit_run.answer.table import TITLES, lines, sentences
+from ..fit_run.captures.render import as_found
 from ..fit_run.checkpoint import Recorder
 from ..fit_run.fields import EnvironmentUnknown, ImageUnknown, fitted_grids
 from ..fit_run.job import fitted_values
 from ..fit_run.plan import FitPlan
 from ..problems import BadInput
 from ..scene_read.values import SceneValues
-from .terminal import bar, say, say_saved
+from .terminal import bar, say, say_saved, table
 
 #: Seconds that pictures may take after Ctrl+C.
 _PATIENCE = 2.0
@@ -66,13 +68,14 @@ def deliver(
         folder = _written(plan, result, out, bpy.app.version_string, note_progress, errors)
     if folder is not None and (trouble := recorder.finished()):
         say(f"warning: {trouble}")
-    for line in summary(plan, result):
-        say(line)
     for note in result["notes"]:
         if note not in known:
             say(f"warning: {note}")
+    table(TITLES, [line.cells for line in lines(plan, result)])
+    for text in (*sentences(plan, result), *of_photos(result)):
+        say(text)
     place = "no result folder is written" if folder is None else f"results in {folder}"
-    say(f"stopped because: {result['stopped_because']}; {place}")
+    say(f"{result['stopped_because']} after {result['seconds']:.0f} s; {place}")
     report = result_json(plan, result, bpy.app.version_string)
     report["folder"] = None if folder is None else str(folder)
     if errors and not recorder.trouble:
@@ -94,7 +97,7 @@ def _written(
 ) -> Path | None:
     """The result folder; None where it could not be written."""
     seconds = seconds_of_pictures(plan, result)
-    pictures = result["stopped_because"] != "cancelled" or seconds < _PATIENCE
+    pictures = result.get("stopped") != native.core().StopReason.CANCELLED or seconds < _PATIENCE
     if not pictures:
         say(
             f"The pictures are left out: they would take about {seconds / 60:.1f} min. "
@@ -218,7 +221,7 @@ def _check(
     errors: list[str],
 ) -> None:
     """Renders the fitted values with Cycles; pictures and numbers go into the result folder."""
-    from ..cycles_check.job import CheckJob, lines
+    from ..cycles_check import job as check
     from ..cycles_check.render_settings import Remark
     from ..scene_read.blender_process import ProcessFailed
 
@@ -228,11 +231,10 @@ def _check(
     grids = fitted_grids(plan.fields, result["fields_best"])
     try:
         images = _images(plan, folder)
-        gains = gains_of(plan.captures, result)
-        alignments = alignments_of(plan.captures, result)
+        taken = [as_found(item, result) for item in plan.captures]
         values = fitted_values(plan, result)
         environment = next(iter(_environment(plan, folder)), "")
-        job = CheckJob(scene, plan.request, values, grids, images, gains, environment, alignments)
+        job = check.CheckJob(scene, plan.request, values, grids, images, taken, environment)
         try:
             job.start()
             with bar("Cycles") as shown:
@@ -247,7 +249,8 @@ def _check(
         errors.append(f"The check in Cycles failed: {error}")
         return
     report["cycles"] = found
-    for text in lines(found):
+    say(check.verdict(found))
+    for text in check.lines(found):
         say(text)
     for remark in found["render_settings"]:
         if remark["spoils"]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +17,15 @@ import bpy
 
 from .. import grid_files, parameters
 from ..atomic_files import write_json
-from ..fit_run.captures.render import Alignment, Gain
+from ..fit_run.captures.prepared import Capture
 from ..fit_run.request import RunRequest
 from ..parameters import Values
 from ..scene_read.blender_process import BlenderProcess
 from ..scene_read.values import GridValues
 from . import compare
 
+#: Relative bias of a photo, and RMSE, beyond noise, up to which Cycles agrees with a fit.
+BIAS_LIMIT, RMSE_LIMIT = 0.01, 0.05
 _MODULE = "selenite.cycles_check.worker"
 
 
@@ -37,16 +39,16 @@ class CheckJob(BlenderProcess):
         values: Mapping[tuple[str, str], Values],
         grids: Mapping[str, Mapping[str, GridValues]] | None = None,
         images: Mapping[str, str] | None = None,
-        gains: Mapping[str, Gain] | None = None,
+        taken: Sequence[Capture] = (),
         environment: str = "",
-        alignments: Mapping[str, Alignment] | None = None,
     ) -> None:
         """Saves the copy; the scene may change afterwards. Raises BadInput.
 
         request: what was fitted, with its captures. values: what is written back into the copy;
         grids: what Volume objects show there, material -> use -> grid. images: files that base
-        colours have there, by material. gains, alignments: of photos, by id, where a fit has found
-        them. environment: the file of the world's image there, "" for the scene's own.
+        colours have there, by material. taken: captures with what a fit has found of them, see
+        `captures.render.as_found`. environment: the file of the world's image there, "" for the
+        scene's own.
         """
         super().__init__(_MODULE, "selenite-check-")
         try:
@@ -57,8 +59,9 @@ class CheckJob(BlenderProcess):
                 "values": {parameters.join_name(*key): value for key, value in values.items()},
                 "grids": self._keep_grids(grids or {}),
                 "images": dict(images or {}),
-                "gains": dict(gains or {}),
-                "alignments": dict(alignments or {}),
+                "taken": {
+                    item.id: {"gain": item.gain, "alignment": item.alignment} for item in taken
+                },
                 "environment": environment,
             })  # fmt: skip
         except BaseException:
@@ -88,6 +91,22 @@ class CheckJob(BlenderProcess):
         content = json.loads(target.read_text(encoding="utf-8")) if target.is_file() else {}
         write_json(target, content | {"cycles": report})
         return folder / "cycles_check.png"
+
+
+def verdict(report: dict[str, Any]) -> str:
+    """Whether Cycles shows what was fitted, in one sentence."""
+    worst, where = 0.0, ""
+    for photo, row in report["photos"].items():
+        found = row["native_against_cycles"]
+        bias = abs(found["relative_bias_beyond_noise"]) / BIAS_LIMIT
+        rest = found["relative_rmse_beyond_noise"] / RMSE_LIMIT
+        if max(bias, rest) > worst:
+            worst, where = max(bias, rest), photo
+            most = found["relative_bias_beyond_noise" if bias > rest else
+                         "relative_rmse_beyond_noise"]  # fmt: skip
+    if worst <= 1:
+        return "Cycles agrees with the fit"
+    return f"Cycles differs from the fit by {100 * abs(most):.1f} % in '{where}': see its pictures"
 
 
 def lines(report: dict[str, Any]) -> list[str]:

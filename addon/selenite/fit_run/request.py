@@ -46,7 +46,8 @@ class UnknownRequest:
 class RunRequest:
     """One fit. No unknowns: the usual ones of the only material. No captures: the scene's.
     No stages: everything at once. staging: why, in a sentence, where the photos chose them; "" for
-    those that the user gave. reading: what becomes of materials that cannot be read."""
+    those that the user gave. reading: what becomes of materials that cannot be read. begins_at:
+    folder of the fit whose values, grids and images the scene has here; "" for none."""
 
     scene: str
     unknowns: tuple[UnknownRequest, ...] = ()
@@ -55,6 +56,7 @@ class RunRequest:
     stages: tuple[StageRequest, ...] = ()
     staging: str = ""
     reading: ReadingOptions = field(default_factory=ReadingOptions)
+    begins_at: str = ""
 
     def as_json(self) -> dict[str, Any]:
         """A dict of plain values, schema number included."""
@@ -68,6 +70,7 @@ class RunRequest:
             "stages": [item.as_json() for item in self.stages],
             "staging": self.staging,
             "reading": self.reading.as_json(),
+            "begins_at": self.begins_at,
         }
 
     @staticmethod
@@ -89,6 +92,7 @@ class RunRequest:
                 stages=_stages(data.get("stages"), title),
                 staging=_text(data, "staging", ""),
                 reading=ReadingOptions.from_json(data.get("reading", {})),
+                begins_at=_text(data, "begins_at", ""),
             )
         except ValueError as error:
             cure = "give a run.json as Selenite wrote it"

@@ -64,7 +64,7 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
             row.learning_rate,
         )
         unknowns.append(replace(asked, **of_field))
-    if not unknowns and not problems:
+    if not unknowns and not problems and not values.problems:
         cure = "refresh the list of parameters and tick one"
         problems.append(Problem("Fit", "no parameter is ticked", cure))
     names = [parameters.join_name(item.owner, item.parameter) for item in unknowns]
@@ -78,7 +78,7 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
         stages=own or stages.named_stages(scene, names, captures, problems),
         reading=options_of(scene),
     )
-    if problems:
+    if problems or (not unknowns and values.problems):
         raise BadInput([*values.problems, *problems])
     return request
 

@@ -14,7 +14,6 @@ from ..cycles_check.render_settings import Contents
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.overall import Overall, Shown
 from ..fit_run.plan import FitPlan
-from ..fit_run.staging.job import StagedJob
 from ..information.job import BackgroundJob
 from ..information.job import Step as BackgroundStep
 from ..problems import Problem
@@ -36,7 +35,7 @@ class Run:
     `result` stays after its end, for the result folder, and `folder` is that folder once it is
     written."""
 
-    job: FitJob | StagedJob | None = None
+    job: FitJob | None = None
     reading: ReadingJob[Preparing] | None = None
     preparing: BackgroundJob[Preparing] | None = None
     finishing: BackgroundJob[Finishing] | None = None
@@ -56,7 +55,7 @@ class Run:
 
     def start(
         self,
-        job: FitJob | StagedJob,
+        job: FitJob,
         scene_name: str,
         owners: dict[str, Owner],
         overall: Overall | None = None,
@@ -178,8 +177,12 @@ class Check:
     def start(self, job: CheckJob, scene_name: str) -> None:
         """Starts the other process."""
         self.job, self.scene_name, self.progress = job, scene_name, None
-        self.message, self.lines, self.sheet = "", [], None
+        self.forget()
         job.start()
+
+    def forget(self) -> None:
+        """What the last one has found is no longer about the result."""
+        self.message, self.lines, self.sheet = "", [], None
 
     def stop(self) -> None:
         """Ends the other process and forgets the job."""
@@ -268,7 +271,9 @@ SAVE = Background()
 ROTATION = Background()
 MASK = Background(hears=False)
 SPOTS = Background(hears=False)
-JOBS = (TRADE, NEXT, ESTIMATE, STAGES, SAVE, ROTATION, MASK, SPOTS)
+SAMPLE = Background()
+PAIRING = Background()
+JOBS = (TRADE, NEXT, ESTIMATE, STAGES, SAVE, ROTATION, MASK, SPOTS, SAMPLE)
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last read it.
@@ -277,11 +282,24 @@ SHAPES: dict[str, list[str]] = {}
 PROBLEMS: dict[str, list[Problem]] = {}
 
 
+def forget() -> None:
+    """Another file is open: what was said and found is about the one before, whose scenes may have
+    the same names."""
+    for kept in (PROBLEMS, EXPECTED, SHAPES, CHECK.contents):
+        kept.clear()
+    CHECK.forget()
+    for item in JOBS:
+        item.lines = []
+    if not RUN.is_active:
+        RUN.plan = RUN.result = RUN.folder = None
+        RUN.message, RUN.owners = "", {}
+
+
 def end() -> None:
     """Ends all that runs and waits for every thread: one that comes back from native code while
     Python ends takes the whole process with it."""
     CHECK.stop()
-    for item in (*JOBS, READING):
+    for item in (*JOBS, PAIRING, READING):
         item.stop()
     RUN.stop(keep=False)
     while RUN.left:

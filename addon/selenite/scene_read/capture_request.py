@@ -68,6 +68,7 @@ class CaptureRequest:
     background: what does not count, "border" (what joins the photo's border in one colour) or
     "R,G,B" in linear light, either with a tolerance as in "border:0.1"; "": nothing.
     exclude: a picture whose white pixels do not count, or "".
+    hold_out: a fit does not see it, and is judged by it.
     """
 
     camera: str
@@ -89,6 +90,7 @@ class CaptureRequest:
     silhouette: int | None = None
     background: str = ""
     exclude: str = ""
+    hold_out: bool = False
 
     def files(self) -> dict[str, str]:
         """The files that it names, by what they are called in messages."""
@@ -152,6 +154,7 @@ class CaptureRequest:
             silhouette=_silhouette(data),
             background=_text(data, "background", ""),
             exclude=_text(data, "exclude", ""),
+            hold_out=_flag(data, "hold_out", False) is True,
         )
 
 

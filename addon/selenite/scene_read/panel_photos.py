@@ -18,6 +18,7 @@ def photo_fields(photo: bpy.types.PropertyGroup) -> dict[str, Any]:
         "response": _response(photo),
         "gain": "" if photo.gain == "NONE" else photo.gain.lower(),
         "align": True if photo.align else None,
+        "hold_out": photo.hold_out,
     }
     if photo.use_silhouette:
         found["silhouette"] = photo.silhouette

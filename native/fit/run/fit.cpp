@@ -7,13 +7,30 @@ namespace selenite {
 
 Fit::Fit(Scene scene, std::vector<Photo> photos, const std::vector<UnknownParameter>& unknowns,
          FitSettings settings)
-    : problem_(std::move(scene), std::move(photos), unknowns, std::move(settings)),
-      strategy_(problem_),
-      run_(problem_, strategy_) {
+    : Fit(std::make_shared<FitProblem>(std::move(scene), std::move(photos), unknowns,
+                                       std::move(settings))) {}
+
+Fit::Fit(std::shared_ptr<FitProblem> problem)
+    : shared_(problem), problem_(*problem), strategy_(problem_), run_(problem_, strategy_) {
   if (strategy_.multi_start)
     enter(std::make_unique<MultiStartPhase>(run_, minima_));
   else
     enter(std::make_unique<Descent>(run_));
+}
+
+std::vector<PlannedRenders> Fit::plan(const FitProblem& problem, const Strategy& strategy) {
+  RenderPlan plan(problem, strategy);
+  if (strategy.multi_start) MultiStartPhase::plan(plan);
+  Descent::plan(plan);
+  if (!strategy.refines) return plan.renders();
+  if (strategy.joint) {
+    FieldRefinementPhase::plan(plan);
+    if (strategy.profiles_roughness()) RoughnessProfile::plan(plan);
+    return plan.renders();
+  }
+  RefinementPhase::plan(plan);
+  ComparisonPhase::plan(plan);
+  return plan.renders();
 }
 
 bool Fit::step(Progress* progress) {
@@ -27,6 +44,7 @@ bool Fit::step(Progress* progress) {
     if (!more) enter(next_phase());
     return run_.result.stopped == StopReason::kNone;
   } catch (const Cancelled&) {
+    phase_->end_early(run_);
     return run_.stop(StopReason::kCancelled);
   } catch (const std::exception& error) {
     return run_.stop(StopReason::kError,
@@ -58,7 +76,7 @@ std::unique_ptr<Phase> Fit::next_phase() {
             run_, dynamic_cast<const FieldRefinementPhase&>(*phase_).refinement());
       if (auto comparison = minima_.comparison(run_))
         return std::make_unique<ComparisonPhase>(std::move(comparison), minima_);
-      return nullptr;
+      return PartsPhase::of(run_, minima_.absent());
     case PhaseKind::kRoughnessProfile: {
       const auto& profile = dynamic_cast<const RoughnessProfile&>(*phase_);
       if (!profile.moved()) return nullptr;
@@ -70,6 +88,8 @@ std::unique_ptr<Phase> Fit::next_phase() {
       // little about it.
       if (const auto alternative = minima_.next())
         return std::make_unique<RefinementPhase>(run_, minima_, *alternative, nullptr);
+      return PartsPhase::of(run_, minima_.absent());
+    case PhaseKind::kParts:
       return nullptr;
   }
   return nullptr;

@@ -243,16 +243,23 @@ def _draw(canvas: Canvas, plot: Plot, left: int, top: int, size: tuple[int, int]
         if curve.dots and len(points) <= 60:
             for px, py in points:
                 canvas.dot(px, py, curve.colour, 2)
-    canvas.text(x0, top + 6, plot.title, size=15, width=x1 - x0 - 4)
     right = float(x1)
-    for curve in reversed([item for item in plot.curves if item.name]):
-        canvas.text(right, top + 7, curve.name, size=13, align=1, colour=curve.colour)
-        right -= 9 + width_of(curve.name, 13)
+    for name, colour in reversed(_legend(plot, x1 - x0)):
+        canvas.text(right, top + 7, name, size=13, align=1, colour=colour)
+        right -= 9 + width_of(name, 13)
+    canvas.text(x0, top + 6, plot.title, size=15, width=right - x0)
     if plot.bounds:
         after = x0 + 10 + width_of(plot.title, 15)
         text = f"{plot.bounds[0]:.4g} to {plot.bounds[1]:.4g}"
         if width_of(text, 12) <= right - after:
             canvas.text(after, top + 8, text, size=12, colour=_BOUND)
+
+
+def _legend(plot: Plot, width: float) -> list[tuple[str, Colour]]:
+    """Names of the curves; their first letters where whole ones would leave the title no room."""
+    found = [(item.name, item.colour) for item in plot.curves if item.name]
+    needed = width_of(plot.title, 15) + sum(9 + width_of(name, 13) for name, _ in found)
+    return found if needed <= width else [(name[:1], colour) for name, colour in found]
 
 
 def _range(plot: Plot) -> tuple[float, float]:

@@ -10,13 +10,12 @@ from bpy.props import StringProperty
 
 from ...cycles_check.render_settings import contents_of
 from ...fit_run.answer.results import new_folder
-from ...fit_run.checkpoint import SUFFIX, Unfinished, going_on, load
+from ...fit_run.checkpoint import SUFFIX, Unfinished, load
 from ...fit_run.inputs import Inputs
 from ...fit_run.job import FitFailed, FitJob
 from ...fit_run.overall import Overall
 from ...fit_run.plan import prepare
 from ...fit_run.request import RunRequest
-from ...fit_run.staging.job import StagedJob, make_job
 from ...fit_run.staging.request import AUTO
 from ...information.conditioning import StageChoice
 from ...information.job import BackgroundJob
@@ -30,9 +29,10 @@ from ...scene_read.scene import reading
 from ...scene_read.values import Owner, SceneValues
 from .. import environment_panel
 from ..output_folder import output_folder
+from ..pictures.operators import open_at_start
 from ..pictures.view import VIEW
 from ..problem_reports import report_problems
-from ..progress.notice import notify
+from ..progress.notice import notify, scroll_up
 from ..request import run_request
 from ..result.kept import keep_fields, keep_result
 from ..running.recorder import BackgroundRecorder
@@ -41,6 +41,13 @@ from ..state import CANCELLED, CHECK, PROBLEMS, RUN, STAGES, remember_shapes
 from ..texts import announce
 from ..ticking import HARMLESS, Ticking, built, redraw, show_status
 
+#: Name of a StopReason -> what the head says of a fit that has ended well.
+ENDS = {
+    "CONVERGED": "Done",
+    "ITERATIONS": "Done",
+    "TOLERANCE": "Done",
+    "CANCELLED": "Stopped; the best values so far are kept",
+}
 #: Seconds that a tick waits for the work after a fit, which mostly is nothing.
 _SHORT = 0.05
 
@@ -68,6 +75,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Blender's thread reads the scene, ours the photos, the native one fits; a timer polls."""
+        scroll_up()
         RUN.read(ReadingJob(self._asking(context.scene, self.resume)), context.scene.name)
         if not self._read_on(context):
             return {"CANCELLED"}
@@ -132,9 +140,9 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         PROBLEMS.pop(scene.name, None)
         values = yield from reading(scene)
         if resume:
-            run = going_on(load(Path(bpy.path.abspath(resume))))
+            run = load(Path(bpy.path.abspath(resume)))
         else:
-            run = Unfinished(_request(scene, values), [])
+            run = Unfinished(_request(scene, values))
         frames = (item.frame for item in run.request.captures if item.frame is not None)
         yield from reading_frames(values, frames)
         self._values, self._owners, self._packed = values, values.owners, packed_photos()
@@ -220,7 +228,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
                 RUN.message = CANCELLED
                 redraw(context)
                 return False
-            job = make_job(choice.work.plan)
+            job = FitJob(choice.work.plan)
         except BadInput as error:
             report_problems(self, error)
             return False
@@ -229,15 +237,15 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             return False
         return self._run(scene, job)
 
-    def _run(
-        self, scene: bpy.types.Scene, job: FitJob | StagedJob, overall: Overall | None = None
-    ) -> bool:
+    def _run(self, scene: bpy.types.Scene, job: FitJob, overall: Overall | None = None) -> bool:
         """Starts the native thread and the record on disk."""
         for text in job.plan.warnings:
             announce(self, {"WARNING"}, text)
         CHECK.contents[scene.name] = contents_of(scene)
+        CHECK.forget()
         RUN.start(job, scene.name, self._owners, overall)
         VIEW.begin()
+        open_at_start()
         environment_panel.begin()
         RUN.recorder = _recorder(scene, self._resumed, self._inputs)
         if RUN.recorder is not None and RUN.recorder.trouble:
@@ -280,7 +288,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
         last, RUN.finishing = RUN.finishing, None
         try:
-            stopped = job.progress().stopped_because
+            ended = job.progress()
         except FitFailed as error:
             RUN.drop_record()
             RUN.message = str(error)
@@ -302,15 +310,15 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         RUN.folder = last.work.folder
         RUN.recorder = last.work.open_record
         RUN.drop_record()
-        if stopped == "cancelled":
-            stopped = "you stopped it; the best values so far are kept"
-        RUN.message = f"Stopped because: {stopped}"
+        why = f"Stopped because: {ended.stopped_because}"
+        RUN.message = ENDS.get(ended.stopped.name, why)
         keep_result(scene)
         keep_fields(scene)
         if last.work.trouble:
             text = f"Cannot write the fitted grids and images to '{output_folder(scene)}'"
             cure = "choose another folder below and save the result"
             announce(self, {"ERROR"}, f"{text}: {last.work.trouble}; {cure}")
+        VIEW.wake()  # small pictures of the result
         redraw(context)
         notify(self, scene)
         return {"FINISHED"}
@@ -333,7 +341,7 @@ def _request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
         raise BadInput([*values.problems, *error.problems]) from error
 
 
-def _work_after(job: FitJob | StagedJob) -> Finishing:
+def _work_after(job: FitJob) -> Finishing:
     """It has the record of the run to close."""
     scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
     folder = output_folder(scene) if scene is not None else Path()

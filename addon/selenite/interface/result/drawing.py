@@ -3,26 +3,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import bpy
 
+from ...fit_run.answer import table
 from ..rows.fields import is_field
-from ..rows.labels import label_of, unit_text
+from ..rows.labels import label_of, unit_text, with_labels
 from ..rows.owners import ICONS as OWNERS
-from ..texts import abbreviated, letters, paragraph, region_width, translated
+from ..texts import abbreviated, letters, paragraph, region_width, shown, translated
 
-#: A coloured square, and a word beside it: nobody has to tell colours apart.
-ICONS = {
-    "SURE": "COLORSET_03_VEC",
-    "WEAK": "COLORSET_09_VEC",
-    "OPEN": "COLORSET_01_VEC",
-    "UNKNOWN": "QUESTION",
-}
-_WORDS = {"SURE": "sure", "WEAK": "weak", "OPEN": "not determined", "UNKNOWN": ""}
+#: Blender's own, and a word beside each.
+ICONS = {"SURE": "CHECKMARK", "WEAK": "ERROR", "OPEN": "CANCEL", "UNKNOWN": "QUESTION"}
 _THINNEST = 0.03
 _BAR_HEIGHT = 0.35
 #: Share of a line that a name has; pixels that panel, tabs and square take, and a label.
-_NAME, _TAKEN, _MARGIN = 0.55, 59, 12
-_WIDE = 45  # letters of a line with room for an interval in figures
+_NAME, _TAKEN, _MARGIN = 0.5, 59, 12
+_SWATCH = 0.4  # share that it has of its half of the line
+_WIDE = 45  # letters of a line with room for a colour in figures
+_WIDE_TABLE = 55  # letters of a line with room for the table
+#: Shares of a line that the columns of the table have.
+_COLUMNS = (0.34, 0.16, 0.16, 0.34)
 
 
 def draw_verdict(
@@ -59,24 +60,54 @@ def draw_report(
     if not settings.show_report:
         return
     box = layout.box()
-    for row in settings.results:
-        box.label(text=f"{row.owner}: {row.parameter}", translate=False)
-        for text in row.text.splitlines():
-            paragraph(box, context, text)
+    _draw_table(box.column(align=True), context, settings)
     for text in settings.report.splitlines():
-        paragraph(box, context, text)
+        paragraph(box, context, with_labels(shown(text), settings.rows))
 
 
-def value_text(row: bpy.types.PropertyGroup, *, with_interval: bool = True) -> str:
-    """ "0.312 (0.30 to 0.33)"; a colour without its interval, which the bar and the report show."""
-    values = list(row.value[: row.width])
-    unit = unit_text(row.unit)
-    if row.width > 1:
-        return " ".join(f"{x:.2f}" for x in values) + unit
-    text = f"{values[0]:.3g}"
-    if row.has_interval and with_interval:
-        text += f" ({row.low[0]:.3g} {translated('to')} {row.high[0]:.3g})"
-    return text + unit
+def _draw_table(
+    column: bpy.types.UILayout, context: bpy.types.Context, settings: bpy.types.PropertyGroup
+) -> None:
+    """A line for each number; two where the region is narrow."""
+    wide = letters(context) >= _WIDE_TABLE
+    if wide:
+        _draw_cells(column, [translated(title.capitalize()) for title in table.TITLES[:4]])
+    for line in settings.table.splitlines():
+        name, start, fitted, interval, *_ = line.split("\t")
+        name = with_labels(name, settings.rows)
+        if wide:
+            _draw_cells(column, [name, start, fitted, interval])
+            continue
+        column.label(text=name, translate=False)
+        text = f"{start} \u2192 {fitted}" + (f" ({interval})" if interval else "")
+        column.label(text=shown(text), icon="BLANK1", translate=False)
+
+
+def _draw_cells(column: bpy.types.UILayout, cells: Sequence[str]) -> None:
+    line, rest = column.row(align=True), 1.0
+    for text, share in zip(cells[:-1], _COLUMNS, strict=False):
+        line = line.split(factor=share / rest, align=True)
+        line.label(text=text, translate=False)
+        rest -= share
+    line.label(text=cells[-1], translate=False)
+
+
+def value_text(row: bpy.types.PropertyGroup) -> str:
+    """ "0.312 \u00b1 0.004": the value and half of its interval."""
+    values, half = list(row.value[: row.width]), _half(row)
+    if half is not None:
+        text = table.with_half(values, half)
+    elif row.width > 1:
+        text = " ".join(f"{x:.2f}" for x in values)
+    else:
+        text = f"{values[0]:.3g}"
+    return text + unit_text(row.unit)
+
+
+def _half(row: bpy.types.PropertyGroup) -> float | None:
+    if not row.has_interval:
+        return None
+    return max((row.high[at] - row.low[at]) / 2 for at in range(row.width))
 
 
 def _draw_value(column: bpy.types.UILayout, row: bpy.types.PropertyGroup, *, wide: bool) -> None:
@@ -88,18 +119,19 @@ def _draw_value(column: bpy.types.UILayout, row: bpy.types.PropertyGroup, *, wid
     parts.label(text=abbreviated(label_of(row), room), translate=False)
     right = parts.row(align=True)
     if row.width == 3 and not row.is_vector and max(row.swatch) <= 1:
-        swatch = right.row()
-        swatch.enabled = False
-        swatch.prop(row, "swatch", text="")
-        if wide:
-            right.label(text=value_text(row), translate=False)
+        half = _half(row)
+        narrow = "" if half is None else table.half_text(half)
+        both = right.split(factor=_SWATCH) if wide or narrow else right
+        both.prop(row, "swatch", text="")
+        if wide or narrow:
+            both.label(text=value_text(row) if wide else narrow, translate=False)
     else:
-        right.label(text=value_text(row, with_interval=wide), translate=False)
+        right.label(text=value_text(row), translate=False)
     if row.sureness == "UNKNOWN":
         return
     line = column.row(align=True)
     line.label(text="", icon="BLANK1")
-    word = translated(_WORDS[row.sureness])
+    word = translated(table.WORDS[row.sureness])
     if row.sureness == "OPEN":  # an interval would say more than is known
         line.label(text=word, translate=False)
         return
