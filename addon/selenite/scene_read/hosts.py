@@ -220,7 +220,7 @@ def flags(mesh: bpy.types.Mesh, name: str) -> np.ndarray:
 def has_free_normals(mesh: bpy.types.Mesh) -> bool:
     """Whether custom normals are vectors of any length and direction (from 4.5 on), not relative to
     those of the surface."""
-    attribute = mesh.attributes.get("custom_normal")
+    attribute: Any = mesh.attributes.get("custom_normal")
     return attribute is not None and attribute.data_type == "FLOAT_VECTOR"
 
 

@@ -67,7 +67,7 @@ def _how_shown(
         "flipped": background.use_flip_x or background.use_flip_y,
         "turned": abs(background.rotation) > _STILL,
         "scaled": abs(background.scale - 1) > _STILL,
-        "moved": max(map(abs, background.offset)) > _STILL,
+        "moved": max(abs(background.offset[0]), abs(background.offset[1])) > _STILL,
         "cropped or stretched": background.frame_method != "FIT" and not fits,
         f"shown in the colour space {image.colorspace_settings.name}": not known,
     }

@@ -4,6 +4,8 @@ variable OCIO may name a configuration with another one."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 import mathutils
 import numpy as np
@@ -28,5 +30,7 @@ def problems(scene: bpy.types.Scene) -> list[Problem]:
 
 def _from_rec709() -> np.ndarray:
     """(3, 3): rows are what becomes of the primaries."""
-    made = [mathutils.Color(one).from_rec709_linear_to_scene_linear() for one in np.eye(3)]
-    return np.array([tuple(one) for one in made])
+    made: list[Any] = [
+        mathutils.Color(one).from_rec709_linear_to_scene_linear() for one in np.eye(3).tolist()
+    ]
+    return np.array([list(one) for one in made])

@@ -196,7 +196,8 @@ def islands_of_split(evaluated: bpy.types.Object, values: MeshValues) -> MeshVec
     empty where it does not."""
     if evaluated.type != "MESH" or not hosts.splits_faces():
         return ()
-    if hosts.normals_domain(evaluated.data) != "CORNER":
+    data: Any = evaluated.data
+    if hosts.normals_domain(data) != "CORNER":
         return ()
     try:
         mesh: Any = evaluated.to_mesh()

@@ -112,7 +112,7 @@ def warn_of_overlaps(read: SceneValues) -> None:
         read.warn(f"{len(pairs) - _MOST_NAMED} more pairs have faces on top of each other")
 
 
-def _fault(first: Surface, second: Surface, glass: Collection[str]) -> Problem | None:
+def _fault(first: Surface, second: Surface, glass: set[str]) -> Problem | None:
     """Why two surfaces with common faces cannot be rendered, if so. Of instances only warnings are
     given: where many are scattered, some meet."""
     if first.item is None or second.item is None or first.title == second.title:
