@@ -14,6 +14,7 @@ import mathutils
 import numpy as np
 
 from ..scene_read import hosts
+from ..scene_read.geometry import corner_normals
 from .obj_materials import pictures_of
 from .obj_offset import near_origin
 from .readers import tiles
@@ -177,9 +178,9 @@ def _neutral(item: bpy.types.Object, file: Path) -> ReconstructedMesh:
     normals = None
     if smooth:
         matrix = np.array(item.matrix_world, np.float64)
-        normals = hosts.corner_normals(mesh, corners, triangles.ravel()) @ np.linalg.inv(
-            matrix[:3, :3]
-        )
+        local = hosts.floats(mesh.vertices, "co", 3)
+        of_corners = corner_normals.of(mesh, local, corners, triangles.ravel())
+        normals = of_corners @ np.linalg.inv(matrix[:3, :3])
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = (normals / np.where(lengths > 0, lengths, 1)).reshape(-1, 3, 3)
     materials, material_of = _materials(item, file)

@@ -12,7 +12,15 @@ import numpy as np
 from .. import parameters
 from ..problems import Problem
 from . import camera as cameras
-from . import hosts, linking, properties, view_layers, visibility, volume_objects
+from . import (
+    hosts,
+    linking,
+    properties,
+    view_layers,
+    visibility,
+    volume_objects,
+    working_space,
+)
 from .baking.approximated import ComparisonAsked
 from .baking.baked import BakeAsked
 from .baking.wanted import Baker
@@ -63,6 +71,7 @@ def reading(
         cause = f"a render has {width} x {height} pixels"
         cure = "raise the resolution or its percentage"
         read.problems.append(Problem(f"Scene '{scene.name}'", cause, cure))
+    read.problems += working_space.problems(scene)
     found = cameras.named_cameras(scene)
     layer = view_layer_of(scene)
     rendered: list[bpy.types.Object] = []
@@ -207,8 +216,8 @@ def _read_object(
         for slot, material in enumerate(slots)
     )
     for name in {found[slot] for slot in used}:
-        shading_data.judge_attributes(title, read.meshes[index], name, read)
         shading_data.add_vectors(evaluated, index, name, read)
+        shading_data.judge_attributes(title, read.meshes[index], name, read)
     _add_object(instance, layer, links, index, found, read)
     if room.baker is not None and read.objects and read.objects[-1].materials is found:
         place = len(read.objects) - 1

@@ -21,7 +21,51 @@ ISLAND = ".island"
 NORMAL = ".normal"
 POINTINESS = ".pointiness"
 TANGENT, SIGN = ".tangent ", ".sign "  # and the name of a UV map
-ALPHA = ".alpha "  # and the name of an attribute
+SHADED = ".shaded"  # what Cycles calls "N": of vertices, whether faces are flat or not
+ALPHA = ".alpha "  # and the name of a colour attribute; 0 where there is none
+OPACITY = ".opacity "  # and the name of any; 1 where it has no alpha, or there is none
+ATTRIBUTE, FACTOR = ".attribute ", ".factor "  # likewise: its vector or colour, and its number
+
+#: Attributes that Cycles makes of a mesh, by its names; and names of others of its own, under which
+#: it finds nothing on a mesh, not even what the user has called so.
+MADE = {
+    "generated": GENERATED,
+    "pointiness": POINTINESS,
+    "random_per_island": ISLAND,
+    "tangent": TANGENT,
+    "N": SHADED,
+}
+NOT_MADE = frozenset(
+    {
+        "tangent_sign",
+        "undeformed",
+        "undisplaced",
+        "motion_P",
+        "motion_N",
+        "particle",
+        "shadow_transparency",
+        "curve_intercept",
+        "curve_length",
+        "curve_random",
+        "point_random",
+        "ptex_face_id",
+        "ptex_uv",
+        "density",
+        "color",
+        "flame",
+        "heat",
+        "temperature",
+        "velocity",
+        "velocity_x",
+        "velocity_y",
+        "velocity_z",
+    }
+)
+#: Other names of what renders by default.
+USUAL_UV, USUAL_COLOR = "uv", "vertex_color"
+#: A matrix, which Cycles ends on.
+MATRIX = "generated_transform"
+STANDARD = frozenset({*MADE, *NOT_MADE, USUAL_UV, USUAL_COLOR, MATRIX})
 
 #: Rows of a table; Cycles looks ramps and curves up in as many.
 TABLE_SIZE = 257
