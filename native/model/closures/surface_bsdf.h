@@ -136,7 +136,7 @@ class SurfaceBsdf {
     const T& eta = std::get<PrincipledBsdf<T>>(part.bsdf).layers().entry_eta;
     if (const auto* m = std::get_if<closures::Subsurface<T>>(&part.from->closure))
       return {under_surface(*m), part.from->flavour, eta};
-    return {std::get<Principled<T>>(part.from->closure), part.from->flavour, eta};
+    return {std::get<closures::Principled<T>>(part.from->closure), part.from->flavour, eta};
   }
 
  private:
@@ -181,13 +181,15 @@ class SurfaceBsdf {
       return ClosureLayers<T>(m, placed.weight, placed.flavour, point, cos_i);
     };
     if constexpr (std::is_same_v<OneClosure, closures::Conductor<T>>) {
-      const PrincipledBsdf<T> lobes(layers_of, placed.flavour, point);
+      PrincipledBsdf<T> lobes(layers_of, placed.flavour, point);
+      if (placed.rotating) lobes.rotate(*placed.rotating);
       Part& part = parts_[count_].emplace(std::in_place_type<ConductorBsdf<T>>, placed, lobes,
                                           ClosureLayers<T>::conductor_fresnel(m), at.wi);
       judge(part, lobes.layers(), at);
     } else {
       Part& part = parts_[count_].emplace(std::in_place_type<PrincipledBsdf<T>>, placed, layers_of,
                                           placed.flavour, point);
+      if (placed.rotating) std::get<PrincipledBsdf<T>>(part.bsdf).rotate(*placed.rotating);
       part.bumped = is_bumped(placed);
       judge(part, std::get<PrincipledBsdf<T>>(part.bsdf).layers(), at);
     }
@@ -229,7 +231,8 @@ class SurfaceBsdf {
   }
   void keep(Part& part, S estimate, bool slope, const SurfacePoint<S>& at) {
     part.estimate = estimate;
-    part.slope = slope || (part.from->turning && estimate > 0);
+    const bool moved = part.from->turning || part.from->rotating;
+    part.slope = slope || (moved && estimate > 0);
     const bool full = count_ == kMostClosures;  // Cycles leaves out what is too much, too
     if (full || (!(estimate > 0) && !part.slope)) return parts_[count_].reset();
     ++count_;
