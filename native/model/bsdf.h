@@ -49,7 +49,7 @@ class PrincipledBsdf {
     const S tan2 = tangent2(wi_);
     const auto lambda = [tan2](const R& width2) { return ggx_lambda(tan2, width2); };
     const R singular = static_cast<R>(layers_.version1 ? kSingularWidth2V1 : kSingularWidth2);
-    base_.start(layers_.width2, has_base(layers_), singular, lambda);
+    base_.start(layers_.width2, layers_.has_base(), singular, lambda);
     if constexpr (!kIsLanes<S>)
       if (layers_.stretched)
         base_.lambda_i =
@@ -99,19 +99,10 @@ class PrincipledBsdf {
     PrincipledBsdf left = *this;
     left.layers_.keep(kinds);
     const auto has = [&left](Lobe lobe) { return left.layers_.has(lobe); };
-    left.base_.spreads = base_.spreads && has_base(left.layers_);
+    left.base_.spreads = base_.spreads && left.layers_.has_base();
     left.through_.spreads = through_.spreads && has(kGlass);
     left.coat_.spreads = coat_.spreads && has(kCoat);
     return left;
-  }
-
-  /// The tangent of two widths with its derivatives: the direction in which highlights are long turns.
-  void rotate(const Vec3<T>& tangent) requires(!kIsLanes<T>) {
-    if constexpr (kTwists) {
-      const S along = value_of(T(dot(frame_.s, tangent)));
-      if (layers_.stretched && along > S(0))
-        twist_ = with_value(T(dot(frame_.t, tangent)) / along, S(0));
-    }
   }
 
   /// Draws a direction from three uniform numbers; empty if the light is absorbed.
@@ -137,6 +128,9 @@ class PrincipledBsdf {
   }
 
  private:
+  template <class>
+  friend class SurfaceBsdf;
+
   /// Lobes of one roughness share micronormals.
   struct Width {
     R width2 = 0;
@@ -152,11 +146,6 @@ class PrincipledBsdf {
       lambda_i = lambda(width2);
     }
   };
-
-  /// Whether there are reflections by the base roughness.
-  static bool has_base(const Layers<T>& l) {
-    return l.has(kSpecular) || l.has(kMetal) || (l.has(kGlass) && !l.glass_apart());
-  }
 
   // What a lobe adds in lanes where it gives nothing, by its mask, is exactly 0: its factors there are
   // those of a direction that it does reach, or are selected away before they meet the others.
@@ -226,7 +215,7 @@ class PrincipledBsdf {
     }
     cos_m = select(reached, cos_m, S(1));
     if constexpr (!kIsLanes<S>) {
-      if (has_uncommon()) {
+      if (layers_.has_uncommon()) {
         const Vec3<S> m = drawn.known ? drawn.m : sum / sqrt(length2);
         add_uncommon_reflection<kValue, kDensity>(o, m, cos_m, f, p);
         if (!layers_.glass_apart() && !coat_.spreads) return;
@@ -250,7 +239,7 @@ class PrincipledBsdf {
         if constexpr (kDensity)
           p += layers_.pick[kGlass] * layers_.reflected_share(cos_m) * seen(through_);
       }
-    } else if (base_.spreads && !has_uncommon()) {
+    } else if (base_.spreads && !layers_.has_uncommon()) {
       if constexpr (kValue) f += layers_.base_reflectance(cos_m) * shape(layers_.width2);
       if constexpr (kDensity) p += layers_.base_reflection_pick(cos_m) * seen(base_);
     }
@@ -260,15 +249,7 @@ class PrincipledBsdf {
     }
   }
 
-  /// Whether the micronormals of the base roughness are not isotropic GGX ones.
-  bool has_uncommon() const {
-    if constexpr (kIsLanes<S>)
-      return false;
-    else
-      return layers_.stretched || layers_.micronormals != Micronormals::kGgx;
-  }
-
-  /// By the micronormal m of such ones.
+  /// By the micronormal m that is not one of isotropic GGX.
   template <bool kValue, bool kDensity>
   void add_uncommon_reflection(const Vec3<S>& o, const Vec3<S>& m, const S& cos_m, Color<T>& f,
                                S& p) const {
@@ -362,7 +343,7 @@ class PrincipledBsdf {
   bool skin_;
   Width base_, through_, coat_;
   bool unphysical_;
-  /// By which the two widths turn: 0, with its derivatives.
+  /// By which the two widths turn: 0, with its derivatives. `SurfaceBsdf` sets it.
   std::conditional_t<kTwists, T, std::tuple<>> twist_{};
 };
 

@@ -70,6 +70,15 @@ struct LayerWeights {
     else
       return stretched && has(kGlass);
   }
+  /// Whether there are reflections by the base roughness.
+  bool has_base() const { return has(kSpecular) || has(kMetal) || (has(kGlass) && !glass_apart()); }
+  /// Whether their micronormals are not isotropic GGX ones.
+  bool has_uncommon() const {
+    if constexpr (kIsLanes<S>)
+      return false;
+    else
+      return stretched || micronormals != Micronormals::kGgx;
+  }
   /// Two widths about that of the roughness, none above 1; `ratio`: y over x. Returns the roughness
   /// of their mean.
   T stretch_to(const T& roughness, const T& ratio) requires(!kIsLanes<S>) {

@@ -91,8 +91,14 @@ struct Layers : LayerWeights<T> {
       blocked_[c] = !active_.some(value_of(below[c]) != S(0)) && !active_.move(below[c]);
     if (matters(m.emission_strength)) emission = m.emission_color * (m.emission_strength * w);
 
+    const U& mirrored = *[&] {
+      if constexpr (kIsLanes<S>)
+        return &roughness;
+      else
+        return &mirror_roughness_;
+    }();
     const U metallic = clamp01(m.metallic);
-    if (matters(below * (w * metallic))) add_metal(m, mirror_roughness(roughness), w * metallic);
+    if (matters(below * (w * metallic))) add_metal(m, mirrored, w * metallic);
     w = w * (U(1) - metallic);
 
     const U ior = max(m.ior, U(R(1e-5)));
@@ -102,7 +108,7 @@ struct Layers : LayerWeights<T> {
     w = w * (U(1) - transmission);
 
     if (matters(below * w)) {
-      add_specular(m, mirror_roughness(roughness), ior, w);
+      add_specular(m, mirrored, ior, w);
       add_diffuse(m, w, below, point);
     }
     if (!present[kCoat]) return;
@@ -116,13 +122,6 @@ struct Layers : LayerWeights<T> {
   static constexpr R kLeastWeight = R(1e-5);
   // Share of the samples given to a lobe that carries derivatives, however dark it is.
   static constexpr R kSlopeShare = R(0.1);
-
-  const U& mirror_roughness([[maybe_unused]] const U& roughness) const {
-    if constexpr (kIsLanes<S>)
-      return roughness;
-    else
-      return mirror_roughness_;
-  }
 
   static U nonnegative(const U& x) { return max(x, U(0)); }
   template <class X>

@@ -180,16 +180,25 @@ class SurfaceBsdf {
     const auto layers_of = [&](S cos_i) {
       return ClosureLayers<T>(m, placed.weight, placed.flavour, point, cos_i);
     };
+    // Highlights of two widths turn with the tangent.
+    const auto rotate = [&placed]([[maybe_unused]] PrincipledBsdf<T>& lobes) {
+      if constexpr (kTurns) {
+        if (!placed.rotating || !lobes.layers_.stretched) return;
+        const S along = value_of(T(dot(lobes.frame_.s, *placed.rotating)));
+        if (along > S(0))
+          lobes.twist_ = with_value(T(dot(lobes.frame_.t, *placed.rotating)) / along, S(0));
+      }
+    };
     if constexpr (std::is_same_v<OneClosure, closures::Conductor<T>>) {
       PrincipledBsdf<T> lobes(layers_of, placed.flavour, point);
-      if (placed.rotating) lobes.rotate(*placed.rotating);
+      rotate(lobes);
       Part& part = parts_[count_].emplace(std::in_place_type<ConductorBsdf<T>>, placed, lobes,
                                           ClosureLayers<T>::conductor_fresnel(m), at.wi);
       judge(part, lobes.layers(), at);
     } else {
       Part& part = parts_[count_].emplace(std::in_place_type<PrincipledBsdf<T>>, placed, layers_of,
                                           placed.flavour, point);
-      if (placed.rotating) std::get<PrincipledBsdf<T>>(part.bsdf).rotate(*placed.rotating);
+      rotate(std::get<PrincipledBsdf<T>>(part.bsdf));
       part.bumped = is_bumped(placed);
       judge(part, std::get<PrincipledBsdf<T>>(part.bsdf).layers(), at);
     }

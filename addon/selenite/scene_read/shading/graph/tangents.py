@@ -40,9 +40,7 @@ def tangent_of(tree: Tree, node: Node, groups: Groups) -> Register:
     rotation = next(name for name in _ROTATIONS if tree.find(node, name) is not None)
     if tree.number_of(node, rotation, groups) == 0:
         return tangent
-    turn = tree.math(
-        "MULTIPLY", tree.get(node, rotation, groups), tree.shader.literal(2 * math.pi)
-    )
+    turn = tree.math("MULTIPLY", tree.get(node, rotation, groups), tree.shader.literal(2 * math.pi))
     zero = tree.shader.literal(0)
     axis = tree.given(tree.normal(node, groups))
     return tree.emit("rotate", tangent, zero, axis, turn, zero, mode="AXIS_ANGLE")
