@@ -121,7 +121,7 @@ inline const std::vector<MixtureFamily>& mixture_families() {
        }},
       {"principled_stretched",
        [](double r) -> Mixture {
-         c::Principled<double> m;
+         c::AnisotropicPrincipled<double> m;
          m.metallic = 0.3, m.transmission = 0.4, m.coat_weight = 0.5, m.coat_roughness = 0.3;
          m.roughness = r, m.anisotropic = 0.8;
          return of(kMultiGgx, m, {1, 2, 0});

@@ -26,8 +26,8 @@ template <class T>
 struct ClosureLayers : Layers<T> {
   using S = scalar_t<T>;
 
-  ClosureLayers(const closures::Principled<T>& m, const T& weight, const Flavour& flavour,
-                const SurfacePoint<S>& point, S cos_i)
+  ClosureLayers(const closures::AnisotropicPrincipled<T>& m, const T& weight,
+                const Flavour& flavour, const SurfacePoint<S>& point, S cos_i)
       : Layers<T>(m, flavour, point, cos_i, true, m.anisotropic) {
     for (Color<T>* c : {&this->emission, &this->transparency, &this->metal_weight,
                         &this->glass_through, &this->diffuse, &this->subsurface})

@@ -7,14 +7,14 @@ namespace selenite::closures {
 
 /// The Principled BSDF as a closure of a mixture, where metal and the specular lobe may have two widths.
 template <class T>
-struct Principled : selenite::Principled<T> {
+struct AnisotropicPrincipled : selenite::Principled<T> {
   using Isotropic = selenite::Principled<T>;
 
   T anisotropic{0};
 
-  Principled() = default;
+  AnisotropicPrincipled() = default;
   /// Implicit: what has no anisotropy is a closure as it is.
-  Principled(const Isotropic& m) : Isotropic(m) {}
+  AnisotropicPrincipled(const Isotropic& m) : Isotropic(m) {}
 
   template <class Self, class Visit>
   static constexpr void fields(Self& m, Visit&& visit) {
