@@ -32,6 +32,7 @@ from .lamps.frames import LampFrames
 from .options import ReadingOptions, options_of
 from .reading.render_depsgraph import GraphRead, Reading, at_once, remarks, view_layer_of
 from .shading import materials, world
+from .shading.graph.surface import closure_rows
 from .shading.nodes import Unreadable
 from .shading.textures import TextureRoom
 from .values import ALL_SETS, ObjectValues, SceneValues
@@ -392,7 +393,7 @@ def _judge_properties(
     )
     known = {
         socket
-        for parameter in parameters.of("material")
+        for parameter in (*parameters.of("material"), *closure_rows()["principled"])
         if hosts.flavour() in parameter.versions
         for socket in parameter.sockets
     }

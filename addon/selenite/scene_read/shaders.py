@@ -78,7 +78,6 @@ _TURNS_MIRROR = (
     "it turns the normal of a mirror, by which no derivative is computed: "
     f"set the roughness to {LEAST_TURNED_ROUGHNESS} or more"
 )
-_TURNS_TANGENT = "it turns a tangent, by which no derivative is computed"
 
 
 @dataclass(frozen=True)
@@ -226,11 +225,9 @@ class Shader:
 
     def fixed_directions(self) -> dict[str, str]:
         """Names of the constants by which no derivative is computed, with the reason: what a mirror
-        shows moves with its normal, and a tangent has no slopes."""
+        shows moves with its normal."""
         mirrors = [item.normal for item in self.closures if self._mirrors(item)]
-        found = dict.fromkeys(self.constants_behind(mirrors), _TURNS_MIRROR)
-        tangents = [item.tangent for item in self.closures]
-        return found | dict.fromkeys(self.constants_behind(tangents), _TURNS_TANGENT)
+        return dict.fromkeys(self.constants_behind(mirrors), _TURNS_MIRROR)
 
     def _mirrors(self, item: Closure) -> bool:
         """Whether a closure reflects or refracts like a mirror."""

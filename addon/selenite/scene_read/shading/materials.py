@@ -137,6 +137,10 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
 
 def needs_graph(material: bpy.types.Material, node: bpy.types.Node, groups: Groups) -> bool:
     """Whether a Principled BSDF alone does not say what the surface is like."""
+    if not hosts.is_version_3():  # of 3.x the anisotropy is not modelled
+        stretch = nodes.constant(nodes.source_of(node.inputs["Anisotropic"], groups))
+        if stretch is None or stretch[0] > 0:
+            return True
     normals = [node.inputs[name] for name in _NORMALS if name in node.inputs]
     output = nodes.output_of(material.node_tree)
     linked = [*(nodes.source_of(item, groups) for item in normals)]
