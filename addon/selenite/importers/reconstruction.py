@@ -40,8 +40,7 @@ class Intrinsics:
     @property
     def distorted(self) -> bool:
         """Whether any coefficient differs from 0."""
-        lens = self.lens
-        return any((lens.k1, lens.k2, lens.k3, lens.p1, lens.p2))
+        return self.lens.distorts
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,8 @@ import bpy
 import mathutils
 import numpy as np
 
-from ..scene_read.capture_request import LensDistortion
+from ..scene_read.camera_lens import keep_lens
+from ..scene_read.capture_request import CameraLens, LensDistortion
 from .blender_material import WHITE, Images, Materials
 from .blender_mesh import new_mesh
 from .lens import SENSOR
@@ -201,6 +202,9 @@ def _add_camera(
     data.clip_start = max(plan.clip[0], _SMALLEST_CLIP)
     data.clip_end = plan.clip[1]
     data.display_size = plan.clip[1] / 2000
+    size = (camera.intrinsics.width, camera.intrinsics.height)
+    if camera.is_measured:
+        keep_lens(data, CameraLens(size, camera.intrinsics.lens))
     item = _add_object(camera.name, data, collection, made)
     item.matrix_world = _matrix(camera.matrix)
     item[LABEL] = camera.label
@@ -223,7 +227,7 @@ def _add_row(
     of_scene = scene.render.pixel_aspect_x / scene.render.pixel_aspect_y
     if capture.pixel_aspect is not None and not np.isclose(capture.pixel_aspect, of_scene, 1e-7, 0):
         how.use_pixel_aspect, how.pixel_aspect = True, capture.pixel_aspect
-    if capture.distortion is not None:
+    if isinstance(capture.distortion, LensDistortion):
         how.use_distortion = True
         for name in LensDistortion.__dataclass_fields__:
             setattr(how, name, getattr(capture.distortion, name))
