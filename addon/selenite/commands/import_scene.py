@@ -160,7 +160,11 @@ def _report(plan: ImportPlan, save: Path, made: Created) -> dict[str, Any]:
                 "vertices": len(item.positions),
                 "triangles": len(item.triangles),
                 "materials": [
-                    {"name": material.name, "texture": _texture(one.texture)}
+                    {
+                        "name": material.name,
+                        "texture": _texture(one.texture),
+                        "times_colors": one.times_colors,
+                    }
                     for one, material in zip(item.materials, materials, strict=True)
                 ],
             }
@@ -210,6 +214,8 @@ def _usual(meshes: Sequence[Mapping[str, Any]]) -> list[str]:
         if any(letter in name for letter in '=:,"\n') or name.startswith("-"):
             name = json.dumps(name, ensure_ascii=False)
         parameters = "base_color_texture" if material["texture"] else "base_color,roughness"
+        if material["times_colors"]:  # the base colour is a product of two
+            parameters = "Principled BSDF.Roughness"
         found[f"--fit {shlex.quote(f'{name}:{parameters}')}"] = None
     return list(found)
 

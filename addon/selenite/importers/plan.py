@@ -276,6 +276,9 @@ def _check_mesh(mesh: ReconstructedMesh, problems: list[Problem]) -> None:
     if not (good and np.isfinite(mesh.positions).all()):
         cause = "a face names a vertex that is not there, or a vertex is not finite"
         problems.append(Problem(f"Mesh '{mesh.name}'", cause, "export the mesh again"))
+    elif mesh.uvs is not None and not np.isfinite(mesh.uvs).all():
+        cause = "a texture coordinate is not finite"
+        problems.append(Problem(f"Mesh '{mesh.name}'", cause, "export the mesh again"))
     elif count == 0 or not len(mesh.triangles):
         cause = "it has no face"
         problems.append(Problem(f"Mesh '{mesh.name}'", cause, "export a mesh with faces"))

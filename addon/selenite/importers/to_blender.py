@@ -18,11 +18,11 @@ import numpy as np
 
 from ..scene_read.camera_lens import keep_lens
 from ..scene_read.capture_request import CameraLens, LensDistortion
-from .blender_material import WHITE, Images, Materials
+from .blender_material import Images, Materials
 from .blender_mesh import new_mesh
 from .lens import SENSOR
 from .plan import ImportPlan, PlannedCamera
-from .reconstruction import ReconstructedMesh
+from .reconstruction import WHITE, ReconstructedMesh
 
 #: Custom properties of the collection: the file; what was subtracted from its coordinates, 3
 #: numbers; the matrix from Blender's world to them, 16 numbers row by row.
@@ -121,7 +121,7 @@ def add_white_world(scene: bpy.types.Scene) -> None:
     world = bpy.data.worlds.new("World")
     world.use_nodes = True
     node = next(n for n in world.node_tree.nodes if n.bl_idname == "ShaderNodeBackground")
-    node.inputs["Color"].default_value = WHITE
+    node.inputs["Color"].default_value = (*WHITE, 1.0)
     node.inputs["Strength"].default_value = 1.0
     scene.world = world
 
