@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the base colour of an imported OBJ or glTF is: where its picture lies, what is beside it, and
+"""What the base colour of an imported OBJ or glTF is: where its picture lies, what is beside it,
 its factors, as the formats say it; what is not read is named."""
 
 import bpy
@@ -239,7 +239,7 @@ BROKEN = {
     "too large": ("v 1e40 0 1", "line 2", "'1e40' is no finite number"),
     "short": ("v 1 2", "line 2", "a vertex has 2 numbers; it needs 3"),
     "coordinate": ("vt nan 0", "line 2", "'nan' is no finite number"),
-    "beyond": ("f 1 2 9", "line 2", "a face names vertex 9, and 0 are there"),
+    "beyond": ("f 1 2 9", "line 2", "a face names vertex 1, and 0 are there"),
     "zero": ("f 0 1 2", "line 2", "a face names vertex 0"),
     "corners": ("f 1 2", "line 2", "a face has 2 corners; it needs 3"),
     "word": ("f 1 b 3", "line 2", "'b' is no corner of a face"),

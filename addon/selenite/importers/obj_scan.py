@@ -4,6 +4,7 @@ read, without a word. What is broken is refused by its line."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,6 +21,7 @@ _LARGEST = 3e38
 #: Coordinates below this are kept to 6e-5 by single precision, and the file is read as it is.
 _NEAR = 1000.0
 _MARK = b"\xef\xbb\xbf"
+_COMMENT = re.compile(rb"(?:^|\s+)#")
 _UTF16 = (b"\xff\xfe", b"\xfe\xff")
 #: Numbers of a line, by its first word.
 _NUMBERS = {b"v": 3, b"vt": 1, b"vn": 3}
@@ -76,7 +78,7 @@ def lines_of(file: Path) -> Iterator[tuple[int, bytes]]:
         for number, line in enumerate(source, 1):
             text = line.strip()
             if text.startswith((b"#", b"v", b"f")):  # a name may hold the sign
-                text = text.partition(b"#")[0].strip()
+                text = _COMMENT.split(text, maxsplit=1)[0]
             if text.endswith(b"\\") and not text.startswith((b"usemtl", b"mtllib", b"map")):
                 first, joined = first or number, joined + text[:-1] + b" "
                 continue

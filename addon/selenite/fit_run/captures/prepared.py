@@ -17,7 +17,7 @@ from ...scene_read.values import CameraValues, SceneValues
 from ..photos import distortion
 from ..photos.files import MASK_TOLERANCE, as_file, header, pixels, same_aspect, unreadable
 from ..photos.kept_lens import KeptLenses
-from ..photos.masks import background_of, masked
+from ..photos.masks import background_of, masked, within_silhouette
 from ..photos.response import NativeResponse, read_response
 from ..photos.silhouette import Silhouettes
 from ..photos.window import WHOLE, PhotoWindow, projection, window_of
@@ -80,8 +80,7 @@ class Capture:
         return self._frame(0, 0)
 
     def _frame(self, width: int, height: int) -> tuple[Any, ...]:
-        whole = (self.aspect, width, height)
-        return whole if self.window == WHOLE else (*whole, self.window)
+        return frame_of(self.aspect, (width, height), self.window)
 
     @property
     def mask_share(self) -> float:
@@ -110,6 +109,14 @@ class Capture:
         }
 
 
+def frame_of(
+    aspect: float, size: tuple[int, int], window: tuple[float, float, float, float]
+) -> tuple[Any, ...]:
+    """What makes a native render one of a photo: see `Capture.frame`."""
+    whole = (aspect, *size)
+    return whole if window == WHOLE else (*whole, window)
+
+
 def read_captures(
     scene: SceneValues,
     requests: Sequence[CaptureRequest],
@@ -131,6 +138,7 @@ def read_captures(
     cameras = {camera.name: camera for camera in scene.cameras}
     requests = with_ids(requests, cameras)
     lenses, used = KeptLenses(), set[str]()
+    silhouettes = Silhouettes(scene, fitted)
     opened: list[_Opened | None] = []
     states: list[Mapping[str, Any]] = []
     said: list[list[Problem]] = []
@@ -153,13 +161,13 @@ def read_captures(
         else:
             used.add(request.id)
             camera = cameras[request.camera]
-            opened.append(_open(camera, request, height, lenses, said[-1], packed))
+            opened.append(_open(camera, request, height, lenses, silhouettes, said[-1], packed))
+            go_on()
             states.append(light_state(scene, request, said[-1]))
             continue
         opened.append(None)
         states.append(AS_IN_SCENE)
     captures: list[Capture] = []
-    silhouettes = Silhouettes(scene, fitted)
     decoded = in_parallel(
         [None if item is None else partial(item.decode, packed) for item in opened],
         [0 if item is None else item.size[0] * item.size[1] for item in opened],
@@ -167,7 +175,7 @@ def read_captures(
     )
     for item, lights, shown, found in zip(opened, states, decoded, said, strict=True):
         if item is not None and shown is not None:
-            capture = _finish(item, shown, silhouettes, found, warnings)
+            capture = _finish(item, shown, found, warnings)
             captures += [replace(capture, lights=lights)] if capture is not None else []
         problems += found
     warnings += lenses.remarks()
@@ -184,7 +192,8 @@ _Decoded = tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, Any], Any] | Prob
 @dataclass(frozen=True)
 class _Opened:
     """A photo whose header agrees with what is said of it. size: of the file, (width, height).
-    working_size: (columns, rows). remarks: what has to be said of it so far."""
+    working_size: (columns, rows). silhouette: see `within_silhouette`. remarks: what has to be
+    said of it so far."""
 
     camera: CameraValues
     request: CaptureRequest
@@ -193,6 +202,7 @@ class _Opened:
     window: PhotoWindow
     corners: np.ndarray | None
     response: NativeResponse | None
+    silhouette: np.ndarray | None
     remarks: list[str]
 
     def decode(self, packed: Mapping[str, bytes]) -> _Decoded:
@@ -209,7 +219,7 @@ class _Opened:
                 found: _Decoded = native.image().read_at_size(
                     path, *self.working_size, paths[titles[1]] or None,
                     exclude=paths[titles[2]] or None, response=self.response,
-                    counted=request.clip, corners=self.corners,
+                    counted=request.clip, corners=self.corners, within=self.silhouette,
                 )  # fmt: skip
         except (OSError, ValueError, MemoryError) as error:
             named = (n for n, file in paths.items() if file and str(error).startswith(f"'{file}'"))
@@ -227,6 +237,7 @@ def _open(
     request: CaptureRequest,
     height: int,
     lenses: KeptLenses,
+    silhouettes: Silhouettes,
     problems: list[Problem],
     packed: Mapping[str, bytes],
 ) -> _Opened | None:
@@ -259,13 +270,18 @@ def _open(
         )
     if window is None or problems:
         return None
-    return _Opened(camera, request, size, (columns, rows), window, corners, response, remarks)
+    frame = frame_of(window.aspect, size, window.fractions)
+    inside = within_silhouette(request, (columns, rows), frame, silhouettes, problems)
+    if problems:
+        return None
+    return _Opened(
+        camera, request, size, (columns, rows), window, corners, response, inside, remarks
+    )
 
 
 def _finish(
     opened: _Opened,
     decoded: _Decoded,
-    silhouettes: Silhouettes,
     problems: list[Problem],
     warnings: list[str],
 ) -> Capture | None:
@@ -287,9 +303,7 @@ def _finish(
         window.aspect, window=window.fractions, free_gain=request.gain or "none",
         align=bool(request.align), isolated=info["isolated"],
     )  # fmt: skip
-    weight = masked(
-        request, reference, weight, inside, capture.frame, silhouettes, problems, remarks
-    )
+    weight = masked(request, reference, weight, inside, opened.silhouette, problems, remarks)
     if problems:
         return None
     warnings += [text for text in remarks if text not in warnings]

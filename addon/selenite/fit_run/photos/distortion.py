@@ -24,6 +24,8 @@ from .window import PhotoWindow, Projection
 _FOCAL, _CENTRE = 0.02, 0.02
 #: A share of a picture's corners. Beyond it, what folds back is no rim of a wide lens.
 _FOLDED = 0.05
+#: Corners at a time.
+_BLOCK = 16_384
 
 
 def distorted(lens: LensDistortion, slopes: np.ndarray) -> np.ndarray:
@@ -62,11 +64,21 @@ def corners(
     left, top, right, bottom = window.crop
     across = left + (right - left) * np.arange(columns + 1) / columns
     down = top + (bottom - top) * np.arange(rows + 1) / rows
-    slopes = np.empty((rows + 1, columns + 1, 2))
-    slopes[..., 0] = ((across - camera.centre[0]) / camera.focal[0])[None, :]
-    slopes[..., 1] = ((down - camera.centre[1]) / camera.focal[1])[:, None]
     scale = file_size[0] / (right - left), file_size[1] / (bottom - top)
-    return (distorted(lens, slopes) - (left, top)) * scale
+    found = np.empty((rows + 1, columns + 1, 2))
+    # In blocks that a processor's cache holds: a large photo has hundreds of megabytes of them.
+    block = max(1, _BLOCK // (columns + 1))
+    for first in range(0, rows + 1, block):
+        part = found[first : first + block]
+        slopes = np.empty(part.shape)
+        slopes[..., 0] = ((across - camera.centre[0]) / camera.focal[0])[None, :]
+        slopes[..., 1] = ((down[first : first + block] - camera.centre[1]) / camera.focal[1])[
+            :, None
+        ]
+        part[:] = distorted(lens, slopes)
+        part -= (left, top)
+        part *= scale
+    return found
 
 
 def disagreement(lens: LensDistortion, camera: Projection, window: PhotoWindow) -> str:
