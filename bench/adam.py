@@ -28,17 +28,14 @@ _COST = 2.13
 
 def unknowns(values, rate):
     table = parameters.table()
+    bounds = {name: table["material", name] for name in values}
     return [
-        {
-            "owner": scenes.OWNER,
-            "parameter": name,
-            "start": np.ravel(value).tolist(),
-            "minimum": table["material", name].fit_lower,
-            "maximum": table["material", name].fit_upper,
-            "learning_rate": rate,
-        }
+        native.core().Unknown(
+            scenes.OWNER, name, bounds[name].fit_lower, bounds[name].fit_upper,
+            np.ravel(value).tolist(), rate,
+        )
         for name, value in values.items()
-    ]
+    ]  # fmt: skip
 
 
 def fit(roughness, finite_differences, seed, options):
@@ -57,7 +54,7 @@ def fit(roughness, finite_differences, seed, options):
     }  # fmt: skip
     job = native.core().Fit(
         scenes.make(options.mesh, "lamp", values, 1),
-        [{"camera": camera, "reference": photo}],
+        [native.core().Photo(camera, photo)],
         unknowns(values, options.learning_rate),
         settings,
     )

@@ -57,7 +57,7 @@ def stage(lamps: int, of: int) -> Any:  # noqa: ANN401 - a native Scene has no P
     return builder.build()
 
 
-def photos(scene: Any, lamps: list[str], size: int) -> list[dict[str, Any]]:  # noqa: ANN401
+def photos(scene: Any, lamps: list[str], size: int) -> list[Any]:  # noqa: ANN401
     """One for each of the lamps, which is on alone."""
     found = []
     for index, lamp in enumerate(lamps):
@@ -66,19 +66,16 @@ def photos(scene: Any, lamps: list[str], size: int) -> list[dict[str, Any]]:  # 
             scene.with_lights(lights), "Camera", size, size, 256, seed=_PHOTO_SEED + index
         )
         picture = np.ascontiguousarray(film.image, np.float32)
-        photo = {"id": f"{index}", "camera": "Camera", "reference": picture, "lights": lights}
-        found.append(photo)
+        found.append(native.core().Photo("Camera", picture, id=f"{index}", lights=lights))
     return found
 
 
-def fit(scene: Any, taken: list[dict[str, Any]], options: argparse.Namespace) -> float:  # noqa: ANN401
+def fit(scene: Any, taken: list[Any], options: argparse.Namespace) -> float:  # noqa: ANN401
     """CPU seconds."""
     unknowns = [
-        {"owner": "Body", "parameter": "base_color", "start": [0.4] * 3, "minimum": 0.0,
-         "maximum": 1.0},
-        {"owner": "Body", "parameter": "roughness", "start": [0.6], "minimum": 0.05,
-         "maximum": 1.0},
-    ]  # fmt: skip
+        native.core().Unknown("Body", "base_color", 0.0, 1.0, [0.4] * 3),
+        native.core().Unknown("Body", "roughness", 0.05, 1.0, 0.6),
+    ]
     settings = {
         "iterations": options.iterations, "spp": options.spp, "threads": 1, "search": "off",
         "tolerance": 0.0,

@@ -17,14 +17,18 @@ MEAN_BIAS = (0.125, -0.25, 0.5)
 BEST, LAST, STEP = 0.3, 0.75, 0.04
 
 
+def _name(unknown):
+    return f"{unknown.owner}:{unknown.parameter}"
+
+
 class RecordingFit:
     """The interface of the native Fit. It "runs" for `polls` looks at its state, or until it is
     cancelled where that is None."""
 
-    def __init__(self, scene, photos, unknowns, settings, polls, shapes):
-        self.scene, self.photos, self.settings = scene, photos, settings
-        self.unknowns = [item for item in unknowns if "start" in item]
-        names = [f"{item['owner']}:{item['parameter']}" for item in unknowns if "start" not in item]
+    def __init__(self, scene, photos, unknowns, settings, polls, shapes, stages=()):
+        self.scene, self.photos, self.settings, self.stages = scene, photos, settings, stages
+        self.unknowns = [item for item in unknowns if item.start]
+        names = [_name(item) for item in unknowns if not item.start]
         self._shapes = {name: shapes[name] for name in names}
         self.calls = []
         self._left = polls
@@ -34,10 +38,9 @@ class RecordingFit:
         """Name -> a value for each component, that share of the way between the bounds."""
         found = {}
         for item in self.unknowns:
-            low, high = item["minimum"], item["maximum"]
-            shares = [share + STEP * k for k in range(len(item["start"]))]
-            name = f"{item['owner']}:{item['parameter']}"
-            found[name] = [low + part * (high - low) for part in shares]
+            low, high = item.minimum, item.maximum
+            shares = [share + STEP * k for k in range(len(item.start))]
+            found[_name(item)] = [low + part * (high - low) for part in shares]
         return found
 
     @property
@@ -59,7 +62,7 @@ class RecordingFit:
 
     @property
     def start_values(self):
-        return {f"{item['owner']}:{item['parameter']}": item["start"] for item in self.unknowns}
+        return {_name(item): item.start for item in self.unknowns}
 
     def start(self):
         self.calls.append("start")
@@ -94,10 +97,13 @@ class RecordingFit:
             "running": running,
             "done": over,
             "error": "",
+            "stopped": self._stopped() if over else native.core().StopReason.NONE,
             "stopped_because": self._reason() if over else "",
             "phase": "descent",
             "phase_fraction": 0.5,
+            "stage": len(self.stages) - 1 if over and self.stages else 0,
             "iteration": ITERATIONS if over else 1,
+            "own_iteration": ITERATIONS if over else 1,
             "iterations": self.settings["iterations"],
             "loss": 0.25,
             "validation": 0.125,
@@ -106,6 +112,10 @@ class RecordingFit:
             "seconds_left": 0.0,
             "values": self.last,
         }
+
+    def _stopped(self):
+        reasons = native.core().StopReason
+        return reasons.CANCELLED if self._cancelled else reasons.CONVERGED
 
     def _reason(self):
         return "cancelled" if self._cancelled else "converged"
@@ -131,6 +141,7 @@ class RecordingFit:
             "best_validation": 0.125,
             "best_validation_standard_error": 0.0625,
             "iterations": ITERATIONS,
+            "stopped": self._stopped(),
             "stopped_because": self._reason(),
             "error": "",
             "optimiser": self.settings["optimiser"],
@@ -143,9 +154,19 @@ class RecordingFit:
             "report": {"parameters": report, "passes": 3, "alternative_minima": [],
                        "ambiguous": [], "misfit": misfit},
             "history": self.history(),
+            **({"stages": [self._about(stage) for stage in self.stages]} if self.stages else {}),
         }  # fmt: skip
 
-    def history(self):
+    def _about(self, stage):
+        values = {name: self.best[name] for name in stage.parameters}
+        return {
+            "name": stage.name, "parameters": stage.parameters, "iterations": ITERATIONS,
+            "spp": stage.settings["spp"], "height": stage.photos[0].size[1],
+            "best_iteration": BEST_ITERATION, "stopped_because": self._reason(), "samples": 617,
+            "seconds": 0.75, "cpu_seconds": 1.25, "values": values,
+        }  # fmt: skip
+
+    def history(self, of_stage=False):
         """From the start to the last values, the best ones in their iteration."""
         rows = ITERATIONS + 1
         place = np.linspace(0.0, 1.0, rows)[:, None]
@@ -188,18 +209,34 @@ def install(monkeypatch, polls=2, shapes=None):
     length of a test. `polls`: see RecordingFit. `shapes`: of the fields that may be fitted.
     """
     core, recorded = native.core(), Recorded()
-    render, builder = core.render, core.SceneBuilder
+    evaluator, builder = core.Evaluator, core.SceneBuilder
 
-    def fit(scene, photos, unknowns, settings):
-        made = RecordingFit(scene, photos, unknowns, settings, polls, shapes or {})
+    def fit(*given, stages=()):
+        if stages:  # what is asked of it besides is that of the last
+            (unknowns,), last = given, stages[-1]
+            given = (last.scene, last.photos, unknowns, last.settings)
+        made = RecordingFit(*given, polls, shapes or {}, stages)
         recorded.fits.append(made)
         return made
 
-    def noted_render(scene, camera, width, height, spp, **options):
-        film = render(scene, camera, width, height, spp, **options)
-        noted = SimpleNamespace(scene=scene, camera=camera, size=(width, height), spp=spp)
-        recorded.pictures.append(SimpleNamespace(**vars(noted), **options))
-        return film
+    def stage(name, parameters, fields, scene, photos, settings):
+        return SimpleNamespace(name=name, parameters=parameters, fields=fields, scene=scene,
+                               photos=photos, settings=settings)  # fmt: skip
+
+    class NotedEvaluator:
+        def __init__(self, scene, **options):
+            self._of, self._scene, self._options = evaluator(scene, **options), scene, options
+
+        def picture(self, photo, spp, **options):
+            noted = {"depth": 0, "threads": 0} | self._options | options
+            recorded.pictures.append(SimpleNamespace(
+                scene=self._scene, camera=photo.camera, size=tuple(photo.size), spp=spp,
+                frame=photo.frame, alignment=tuple(photo.alignment), **noted,
+            ))  # fmt: skip
+            return self._of.picture(photo, spp, **options)
+
+        def __getattr__(self, name):
+            return getattr(self._of, name)
 
     class NotedBuilder:
         def __init__(self):
@@ -213,7 +250,8 @@ def install(monkeypatch, polls=2, shapes=None):
             return getattr(self._builder, name)
 
     monkeypatch.setattr(core, "Fit", fit)
-    monkeypatch.setattr(core, "render", noted_render)
+    monkeypatch.setattr(core, "Stage", stage)
+    monkeypatch.setattr(core, "Evaluator", NotedEvaluator)
     monkeypatch.setattr(core, "SceneBuilder", NotedBuilder)
     return recorded
 

@@ -137,7 +137,7 @@ def test_history_has_every_iteration_and_the_bias_by_channel(done):
 def test_each_parameter_by_its_own_bounds(done):
     recorded, _, _, _ = done
     found = {
-        f"{item['owner']}:{item['parameter']}": (item["minimum"], item["maximum"])
+        f"{item.owner}:{item.parameter}": (item.minimum, item.maximum)
         for item in recorded.fit.unknowns
     }
     assert found == BOUNDS

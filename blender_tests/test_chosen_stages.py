@@ -14,9 +14,9 @@ from pressed_buttons import TIMER, Pressed
 from selenite import native
 from selenite.commands import fit
 from selenite.fit_run import checkpoint
+from selenite.fit_run.job import FitJob
 from selenite.fit_run.plan import prepare
 from selenite.fit_run.request import RunRequest, UnknownRequest, read_run
-from selenite.fit_run.staging.job import make_job
 from selenite.information import conditioning
 from selenite.information.photo_information import PhotoInformation
 from selenite.interface import panels, state
@@ -87,13 +87,14 @@ def test_a_resumed_run_keeps_the_stages_that_were_chosen(words, tmp_path, capsys
     assert status == 0
     request = read_run(Path(report["folder"]) / "run.json")
     bpy.ops.wm.open_mainfile(filepath=words[1])
-    job = make_job(prepare(made.read(), request))
+    job = FitJob(prepare(made.read(), request))
     recorder = checkpoint.Recorder(tmp_path / "killed.unfinished", job.plan.request)
     job.start()
     until = time.monotonic() + 60
-    while job.progress().iteration < 5 and time.monotonic() < until:
+    state = recorder.folder / "state.json"
+    while not state.exists() and time.monotonic() < until:
+        recorder.update(job, now=True)
         time.sleep(0.005)
-    recorder.update(job, now=True)
     job.cancel()
     job.join()
 

@@ -4,6 +4,7 @@
 import json
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import made_scenes as made
@@ -161,11 +162,11 @@ def test_aligned_photo_is_checked_as_it_was_fitted(tmp_path):
     made.triangle(material=made.material(base_color=(0.0, 0.0, 0.0)))
     made.camera(distance=3.0)
     made.world()
-    moved = {"Camera": (4.0, -3.0, 0.3)}
     request = capture(tmp_path, picture_spp=64)
+    moved = SimpleNamespace(id="Camera", gain=(1.0, 1.0, 1.0), alignment=(4.0, -3.0, 0.3))
     native_pictures, differences = [], []
-    for alignments in ({}, moved):
-        job = CheckJob(bpy.context.scene, request, {}, alignments=alignments)
+    for taken in ([], [moved]):
+        job = CheckJob(bpy.context.scene, request, {}, taken=taken)
         try:
             job.start()
             row = job.result()["photos"]["Camera"]["native_against_cycles"]

@@ -106,7 +106,7 @@ def test_a_cancelled_preparation_ends_at_the_next_photo(tmp_path, monkeypatch):
         settings.captures[-1].camera = bpy.data.objects[name]
         settings.captures[-1].photo = settings.captures[0].photo
     values, scene = made.read(), bpy.context.scene
-    work = Preparing(values, Unfinished(run_request(scene, values), []), {}, "")
+    work = Preparing(values, Unfinished(run_request(scene, values)), {}, "")
     seen, read = [], prepared._read
 
     def reading(*arguments):

@@ -54,8 +54,8 @@ def test_one_colour_goes_into_the_image_and_the_strength_stays():
     world = field.in_scene(made.read()).world
     assert (world.color, world.strength) == ((1, 1, 1), 3.0)
     row = field.native()
-    assert (row["owner"], row["parameter"]) == ("World", "environment")
-    assert row["learning_rate"] == pytest.approx(0.03 * 0.4)
+    assert (row.owner, row.parameter) == ("World", "environment")
+    assert row.learning_rate == pytest.approx(0.03 * 0.4)
 
 
 @pytest.mark.parametrize(("size", "shape"), [(8, (2, 4)), (128, (8, 16)), (2048, (32, 64))])

@@ -120,10 +120,10 @@ def test_steps_count_in_the_densities_of_the_start():
     made.smoke()
     field = requested(start=(40.0,))
     assert field.maximum == 400
-    assert field.native()["learning_rate"] == pytest.approx(40 * 0.03)
+    assert field.native().learning_rate == pytest.approx(40 * 0.03)
     empty = requested(start=(0.0,))
     assert empty.maximum == 10
-    assert empty.native()["learning_rate"] == pytest.approx(0.03)
+    assert empty.native().learning_rate == pytest.approx(0.03)
 
 
 def test_extinction_beside_it_is_remarked():

@@ -98,10 +98,10 @@ def test_ticks_starts_and_bounds_reach_the_native_fit_and_stay(settings, monkeyp
     row = rows(settings)[RAMP]
     row.minimum, row.maximum, row.use_start, row.start = 0.1, 0.9, True, (0.3, 0.5, 0.7)
     fit = fitted(settings, monkeypatch, RAMP, FACTOR)
-    by_name = {item["parameter"]: item for item in fit.unknowns}
+    by_name = {item.parameter: item for item in fit.unknowns}
     assert set(by_name) == {RAMP, FACTOR}
-    assert by_name[RAMP]["start"] == pytest.approx([0.3, 0.5, 0.7])
-    assert (by_name[RAMP]["minimum"], by_name[RAMP]["maximum"]) == pytest.approx((0.1, 0.9))
+    assert by_name[RAMP].start == pytest.approx([0.3, 0.5, 0.7])
+    assert (by_name[RAMP].minimum, by_name[RAMP].maximum) == pytest.approx((0.1, 0.9))
     bpy.ops.selenite.refresh_rows()
     row = rows(settings)[RAMP]
     assert row.enabled and row.maximum == pytest.approx(0.9) and row.use_start

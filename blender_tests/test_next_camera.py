@@ -3,6 +3,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import bpy
 import made_scenes as made
@@ -12,7 +13,8 @@ import undo_steps
 from command_line import command
 
 from selenite import native
-from selenite.fit_run.request import RunRequest, UnknownRequest
+from selenite.fit_run.captures.render import as_reported
+from selenite.fit_run.request import RunRequest, UnknownRequest, read_run
 from selenite.fit_run.settings import FitSettings
 from selenite.information.job import BackgroundJob
 from selenite.next_camera.candidates import body_of, candidates
@@ -160,6 +162,32 @@ def test_fitted_values_of_a_result_folder_are_where_it_looks(scene, tmp_path, ca
     assert found["parameters"]["Front:base_color"]["value"] == [0.5] * 3
 
 
+def test_photo_that_a_fit_has_aligned_is_judged_from_its_aligned_camera(tmp_path, capsys):
+    """The photo was taken from beside the scene's camera: unaligned, it seems to be another one."""
+    two_sided()
+    scene = build(made.read())
+    taken = native.core().Photo("Camera", size=(32, 24), alignment=(3.0, 0.0, 0.0))
+    picture = native.core().Evaluator(scene).picture(taken, 1024).image
+    native.image().write_exr(str(tmp_path / "photo.exr"), picture)
+    path = made.save(tmp_path / "scene.blend")
+    words = ("--fit=Front:base_color", f"--photo=Camera={tmp_path / 'photo.exr'}", "--align")
+    quick = ("--height=24", "--iterations=20", "--search=off", f"--out={tmp_path / 'fits'}")
+    status, fitted, printed = command(capsys, "fit", path, *words, *quick)
+    assert status == 0, printed
+    assert fitted["captures"]["Camera"]["shift"][0] == pytest.approx(3.0, abs=0.3)
+    request = read_run(Path(fitted["folder"]) / "run.json")
+    relative = []
+    for report in (None, fitted):
+        found = suggestion_of(
+            made.read(), request, {}, as_taken=lambda item, of=report: as_reported(item, of)
+        )
+        for _ in found._photos.at_photos():
+            pass
+        relative.append(found._photos.relative)
+    assert relative[0] > 0.04 and relative[1] < 0.02
+    assert command(capsys, "next-camera", fitted["folder"])[0] == 0
+
+
 def test_values_that_are_set_and_not_fitted_count_too(scene, capsys):
     """Without light nothing is told about anything, from anywhere."""
     path, photo = scene
@@ -273,11 +301,14 @@ def test_grids_are_refused(tmp_path, capsys):
 def test_jacobians_are_the_same_whatever_the_number_of_threads():
     made.studio(roughness=0.5)
     native_scene = build(made.read())
-    asked = [("Body", "base_color", [0.5] * 3, 0.0, 1.0), ("Body", "roughness", [0.5], 0.02, 1.0)]
     core = native.core()
+    asked = [
+        core.Unknown("Body", "base_color", 0.0, 1.0, [0.5] * 3),
+        core.Unknown("Body", "roughness", 0.02, 1.0, 0.5),
+    ]
+    photo = core.Photo("Camera", size=(20, 16))
     one, two = (
-        core.photo_jacobian(native_scene, asked, "Camera", 20, 16, 64, seed=3, threads=n)
-        for n in (1, 2)
+        core.Evaluator(native_scene, threads=n).jacobian(photo, asked, 64, seed=3) for n in (1, 2)
     )
     assert one.jacobian_a.shape == (4, 16, 20, 3)
     for key in ("image", "variance", "jacobian_a", "jacobian_b"):
@@ -299,7 +330,7 @@ def test_jacobians_are_the_same_whatever_the_number_of_threads():
     for own, carried_along in zip(both[:3], film.jacobian, strict=True):
         assert own.mean() == pytest.approx(carried_along.mean(), rel=0.05)
     with pytest.raises(ValueError, match="spp of at least 8"):
-        core.photo_jacobian(native_scene, asked, "Camera", 20, 16, 7)
+        core.Evaluator(native_scene).jacobian(photo, asked, 7)
     with pytest.raises(ValueError, match="20 x 16"):
         core.fisher_information(one, np.ones((20, 16, 3), np.float32), **noise)
     with pytest.raises(ValueError, match="not two different finite points"):
@@ -318,7 +349,7 @@ def test_a_search_in_its_thread_can_be_cancelled_and_hands_on_what_goes_wrong(tm
     job.cancel()
     assert job.join() is False and job.work.rows == []
     job = BackgroundJob(suggestion_of(made.read(), request, {}))
-    job.work._photos._asked[0] = ("Nobody", *job.work._photos._asked[0][1:])
+    job.work._photos._asked[0] = native.core().Unknown("Nobody", "base_color", 0.0, 1.0, [0.5] * 3)
     job.start()
     with pytest.raises(KeyError, match="Nobody"):
         job.join()

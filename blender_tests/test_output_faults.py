@@ -18,6 +18,7 @@ from pressed_buttons import TIMER, Pressed
 
 from selenite.fit_run import checkpoint
 from selenite.fit_run.answer import results
+from selenite.fit_run.job import Done
 
 pytestmark = pytest.mark.blender
 
@@ -91,13 +92,13 @@ def test_a_record_that_cannot_be_written_ends_no_fit(words, tmp_path, capsys, mo
 
 
 class Job:
-    """A fit of one part; its whole state is handed out once each time it is asked for."""
+    """A fit; its whole state is handed out once each time it is asked for."""
 
-    def __init__(self, part):
-        self.part, self.asked = part, 0
+    def __init__(self):
+        self.asked = 0
 
-    def parts(self):
-        return [self.part]
+    def done(self):
+        return Done(True, 7, 1.5)
 
     def request_state(self):
         self.asked += 1
@@ -107,23 +108,21 @@ class Job:
 
 
 def test_the_record_is_written_once_there_is_room(tmp_path, monkeypatch):
-    from test_resume import finished, plan_of
+    from test_resume import plan_of
 
-    plan = plan_of(tmp_path)
-    job = Job(finished(plan).parts()[0])
+    plan, job = plan_of(tmp_path), Job()
     recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
     with monkeypatch.context() as patch:
         patch.setattr(checkpoint, "write_json", full)
         patch.setattr(checkpoint, "write_bytes", full)
+        recorder.update(job, now=True)  # asks for the first
         recorder.update(job, now=True)
         assert "No space left" in recorder.trouble
-        recorder.update(job, now=True)
     recorder.update(job, now=True)
     assert recorder.trouble == ""
     assert len(recorder.notes()) == 1
     run = checkpoint.load(tmp_path / "run")
-    assert run.parts[0]["iterations"] == job.part["iterations"]
-    assert run.state.data == b"state"
+    assert (run.state.data, run.state.seconds) == (b"state", 1.5)
 
 
 def test_on_a_full_disk_the_values_come_out(words, tmp_path):
@@ -185,8 +184,8 @@ def test_a_fit_that_never_began_leaves_no_folder(words, tmp_path, capsys, monkey
         def progress(self):
             raise FitFailed("Iteration 0: Photo 'Camera': it is odd; give another")
 
-    made_job = fit.make_job
-    monkeypatch.setattr(fit, "make_job", lambda *given: Failing(made_job(*given)))
+    made_job = fit.FitJob
+    monkeypatch.setattr(fit, "FitJob", lambda *given: Failing(made_job(*given)))
     status, report, _ = command(capsys, *words, f"--out={tmp_path / 'fits'}")
     assert status == 2
     (problem,) = report["problems"]

@@ -110,30 +110,26 @@ def test_every_setting_of_the_panel_reaches_the_native_fit(settings, monkeypatch
     assert fit.settings == NATIVE | {"tolerance": pytest.approx(0.25), "most_iterations": 0}
     assert {item["physical_refraction"] for item in recorded.materials} == {True}
     first, second = fit.unknowns
-    assert first == {
-        "owner": "Body",
-        "parameter": "base_color",
-        "start": pytest.approx([0.3, 0.5, 0.7]),
-        "minimum": pytest.approx(0.1),
-        "maximum": pytest.approx(0.9),
-        "learning_rate": pytest.approx(0.04),
-    }
-    assert (second["parameter"], second["start"]) == ("roughness", pytest.approx([0.5]))
-    assert second["learning_rate"] == pytest.approx(0.08)
-    assert (second["minimum"], second["maximum"]) == pytest.approx((0.2, 0.6))
+    assert (first.owner, first.parameter) == ("Body", "base_color")
+    assert first.start == pytest.approx([0.3, 0.5, 0.7])
+    assert (first.minimum, first.maximum) == pytest.approx((0.1, 0.9))
+    assert first.learning_rate == pytest.approx(0.04)
+    assert (second.parameter, second.start) == ("roughness", pytest.approx([0.5]))
+    assert second.learning_rate == pytest.approx(0.08)
+    assert (second.minimum, second.maximum) == pytest.approx((0.2, 0.6))
 
 
 def test_photos_that_are_switched_off_do_not_count(settings, monkeypatch):
     recorded = recording_fit.install(monkeypatch)
     bpy.ops.selenite.start()
     first, second = recorded.fit.photos
-    assert (first["camera"], second["camera"]) == ("Camera", "Side")
-    assert first["reference"].shape == second["reference"].shape == (18, 24, 3)
-    assert first["reference"] == pytest.approx(0.25)
-    assert second["reference"] == pytest.approx(0.5)
-    assert (first["weight"] == 1).all()
+    assert (first.camera, second.camera) == ("Camera", "Side")
+    assert first.reference.shape == second.reference.shape == (18, 24, 3)
+    assert first.reference == pytest.approx(0.25)
+    assert second.reference == pytest.approx(0.5)
+    assert (first.weight == 1).all()
     # Of the mask's right half, and of the rim of the left one.
-    assert (second["weight"][:, :11] == 1).all() and (second["weight"][:, 11:] == 0).all()
+    assert (second.weight[:, :11] == 1).all() and (second.weight[:, 11:] == 0).all()
 
 
 def test_the_saved_result_has_the_best_values_and_pictures_as_set(settings, monkeypatch):
@@ -267,9 +263,8 @@ def test_stages_of_an_own_list_have_their_own_numbers(settings, monkeypatch):
     stage = settings.stages[0]
     stage.iterations, stage.spp, stage.height = 9, 8, 12
     assert bpy.ops.selenite.start() == {"FINISHED"}
-    first, second = [fit for fit in recorded.fits if "start" in fit.calls]
+    first, second = recorded.fit.stages
     assert (first.settings["iterations"], first.settings["spp"]) == (9, 8)
     assert (second.settings["iterations"], second.settings["spp"]) == (7, 6)
-    assert {photo["reference"].shape for photo in first.photos} == {(12, 16, 3)}
-    assert {photo["reference"].shape for photo in second.photos} == {(18, 24, 3)}
-    assert second.start_values[COLOUR] == pytest.approx(first.best[COLOUR])
+    assert {photo.reference.shape for photo in first.photos} == {(12, 16, 3)}
+    assert {photo.reference.shape for photo in second.photos} == {(18, 24, 3)}

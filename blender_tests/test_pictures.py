@@ -117,8 +117,8 @@ def test_aligned_render_is_that_of_a_camera_that_moved():
     scene = build(read_scene(bpy.context.scene))
 
     def picture(alignment):
-        core = native.core()
-        return core.render(scene, "Camera", 32, 24, 256, seed=3, alignment=alignment).image
+        photo = native.core().Photo("Camera", size=(32, 24), alignment=alignment)
+        return native.core().Evaluator(scene).picture(photo, 256, seed=3).image
 
     plain, moved = picture((0, 0, 0)), picture((6, 0, 0))
     assert np.abs(moved[:, :26] - plain[:, 6:]).mean() < 0.01

@@ -20,10 +20,10 @@ from pressed_buttons import Pressed
 from selenite.cli import main
 from selenite.fit_run import checkpoint
 from selenite.fit_run.answer import results
+from selenite.fit_run.job import FitJob
 from selenite.fit_run.plan import prepare
 from selenite.fit_run.request import RunRequest, UnknownRequest
 from selenite.fit_run.settings import FitSettings
-from selenite.fit_run.staging.job import make_job
 from selenite.fit_run.staging.request import StageRequest
 from selenite.interface.running.recorder import BackgroundRecorder
 from selenite.interface.running.work import Finishing
@@ -61,6 +61,10 @@ def words(tmp_path):
     ]  # fmt: skip
 
 
+def iterations_in(state):
+    return json.loads(state.read_text(encoding="utf-8"))["iterations"]
+
+
 def killed(words, fits, iterations):
     """Runs a fit in a process of its own, kills it after some iterations; its folder."""
     environment = os.environ | {"PYTHONPATH": str(ROOT / "addon")}
@@ -71,10 +75,8 @@ def killed(words, fits, iterations):
         until = time.monotonic() + 120
         while time.monotonic() < until:
             states = list(fits.glob(f"*{checkpoint.SUFFIX}/state.json"))
-            if states and process.poll() is None:
-                parts = json.loads(states[0].read_text(encoding="utf-8"))["parts"]
-                if sum(part["iterations"] for part in parts) >= iterations:
-                    break
+            if states and process.poll() is None and iterations_in(states[0]) >= iterations:
+                break
             assert process.poll() is None, "it was to be killed while it runs"
             time.sleep(0.02)
         process.send_signal(signal.SIGKILL)
@@ -93,7 +95,7 @@ def test_a_killed_run_gives_what_it_would_have_given(words, tmp_path, capsys):
     # Long enough that a fast machine is not done before the killer has looked twice.
     words = [*words, "--iterations=12", "--spp=1024", "--seed=3"]
     folder = killed(words, tmp_path / "fits", 5)
-    (state,) = folder.glob("optimiser_1.state")
+    (state,) = folder.glob("*.state")
     assert state.stat().st_size > 1000
     status, report, _ = command(capsys, "fit", "--resume", str(folder), "--threads=1")
     assert status == 0, report
@@ -107,32 +109,16 @@ def test_a_killed_run_gives_what_it_would_have_given(words, tmp_path, capsys):
     assert histories[0] == histories[1]
 
 
-def test_without_the_state_of_the_optimiser_it_goes_on_from_the_best_values(
-    words, tmp_path, capsys
-):
-    words = [*words, "--iterations=20000", "--spp=256"]
+def test_without_its_state_a_run_begins_anew(words, tmp_path, capsys):
+    words = [*words, "--iterations=12", "--spp=1024", "--seed=3"]
     folder = killed(words, tmp_path / "fits", 5)
-    for path in folder.glob("optimiser_*.state"):
+    for path in (folder / "state.json", *folder.glob("*.state")):
         path.unlink()
-    state = json.loads((folder / "state.json").read_text(encoding="utf-8"))
-    (part,) = state["parts"]
-    done, best = part["iterations"], part["values_best"]["Body:base_color"]
-    # The rest would take long: ten more are what a fit takes at least before it may converge.
-    run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-    run["settings"]["iterations"] = done + 10
-    (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
     status, report, _ = command(capsys, "fit", "--resume", str(folder))
     assert status == 0, report
-    assert report["parameters"]["Body:base_color"]["value"] == pytest.approx(COLOUR, abs=0.03)
-    assert report["parameters"]["Body:base_color"]["initial"] == pytest.approx([0.8, 0.4, 0.2])
-    assert report["iterations"] == done + 10
-    assert [stage["name"] for stage in report["stages"]] == ["everything", "everything, part 2"]
-    assert report["stages"][0]["stopped_because"] == "interrupted"
-    rows = report_rows(report)
-    first = [row for row in rows if row["stage"] == "1"]
-    second = [row for row in rows if row["stage"] == "2"]
-    assert [float(row["loss"]) for row in first] == part["history"]["loss"]
-    assert [float(second[0][f"Body:base_color.{c}"]) for c in "rgb"] == best
+    status, whole, _ = command(capsys, *words)
+    assert report["parameters"] == whole["parameters"]
+    assert report["samples"] == whole["samples"]
 
 
 def test_who_stops_a_fit_does_not_wait_for_a_busy_disk(tmp_path, monkeypatch):
@@ -140,7 +126,7 @@ def test_who_stops_a_fit_does_not_wait_for_a_busy_disk(tmp_path, monkeypatch):
     photo = made.photo(tmp_path / "photo.exr", value=0.3)
     unknowns = (UnknownRequest("Body", "base_color"),)
     captures = (CaptureRequest("Camera", str(photo)),)
-    job = make_job(
+    job = FitJob(
         prepare(made.read(), RunRequest("", unknowns, captures, FitSettings(height=12, spp=2)))
     )
     written = threading.Event()
@@ -169,18 +155,16 @@ def test_a_stage_of_a_grid_goes_on_to_the_same_bits(tmp_path):
         FitSettings(height=12, iterations=20_000, threads=1),
         (StageRequest("one", names[:1], 4), StageRequest("many", names[1:])),
     )
-    job = make_job(prepare(made.read(), request))
+    job = FitJob(prepare(made.read(), request))
     recorder = checkpoint.Recorder(tmp_path / "run", job.plan.request)
     job.start()
-    while not list(recorder.folder.glob("optimiser_2.state")):
-        job.progress()
-        recorder.update(job, now=True)
+    while not in_second_stage(recorder, job):
         time.sleep(0.01)
     job.cancel()
     job.join()
-    run = checkpoint.going_on(checkpoint.load(recorder.folder))
-    assert run.request.stages == job.plan.request.stages and len(run.parts) == 1
-    again = make_job(prepare(made.read(), run.request), run.parts, run.state)
+    run = checkpoint.load(recorder.folder)
+    assert run.request.stages == job.plan.request.stages
+    again = FitJob(prepare(made.read(), run.request), run.state)
     done = again.progress().iteration
     assert done > 4
     again.start()
@@ -201,35 +185,41 @@ def test_a_state_of_another_photo_is_refused(tmp_path):
     plan = plan_of(tmp_path, (3, 100_000), "adam")  # which does not converge
     run = interrupted(plan, tmp_path / "run")
     made.photo(tmp_path / "photo.png", value=0.21)  # of the same name and size
-    with pytest.raises(BadInput, match=r"of other settings, unknowns or photos.*delete it"):
-        make_job(prepare(made.read(), run.request), run.parts, run.state)
+    with pytest.raises(
+        BadInput, match=r"of other settings, unknowns or photos.*start the run anew"
+    ):
+        FitJob(prepare(made.read(), run.request), run.state)
 
 
 def test_a_damaged_state_is_reported_with_what_to_do(tmp_path):
     plan = plan_of(tmp_path, (3, 100_000), "adam")  # which does not converge
     folder = tmp_path / "run"
     interrupted(plan, folder)
-    (path,) = folder.glob("optimiser_2.state")
+    (path,) = folder.glob("*.state")
     path.write_bytes(path.read_bytes()[:-9])
-    run = checkpoint.going_on(checkpoint.load(folder))
-    with pytest.raises(
-        BadInput, match=r"optimiser_2.state': The saved state is damaged.*delete it"
-    ):
-        make_job(prepare(made.read(), run.request), run.parts, run.state)
+    run = checkpoint.load(folder)
+    with pytest.raises(BadInput, match=r"[.]state': The saved state is damaged.*delete it"):
+        FitJob(prepare(made.read(), run.request), run.state)
+
+
+def in_second_stage(recorder, job):
+    """Whether a state of the second stage is on disk."""
+    recorder.update(job, now=True)
+    state = recorder.folder / "state.json"
+    done = iterations_in(state) if state.exists() else 0
+    return done > job.plan.stages[0].settings.iterations + 1
 
 
 def interrupted(plan, folder):
     """The run of a plan of two stages that ended in the second one, with its whole state."""
-    job = make_job(plan)
+    job = FitJob(plan)
     recorder = checkpoint.Recorder(folder, plan.request)
     job.start()
-    while not list(folder.glob("optimiser_2.state")):
-        job.progress()
-        recorder.update(job, now=True)
+    while not in_second_stage(recorder, job):
         time.sleep(0.01)
     job.cancel()
     job.join()
-    return checkpoint.going_on(checkpoint.load(folder))
+    return checkpoint.load(folder)
 
 
 def plan_of(tmp_path, iterations=(4, 5), optimiser="auto"):
@@ -248,24 +238,11 @@ def plan_of(tmp_path, iterations=(4, 5), optimiser="auto"):
     return prepare(made.read(), request)
 
 
-def finished(plan, before=()):
-    job = make_job(plan, before)
+def finished(plan, state=None):
+    job = FitJob(plan, state)
     job.start()
     job.join()
     return job
-
-
-def test_a_run_stopped_between_two_stages_gives_the_same_numbers(tmp_path):
-    plan = plan_of(tmp_path)
-    whole = finished(plan)
-    checkpoint.save(checkpoint.Recorder(tmp_path / "run", plan.request).folder, whole.parts()[:1])
-    run = checkpoint.going_on(checkpoint.load(tmp_path / "run"))
-    assert run.request.stages == plan.request.stages
-    again = finished(prepare(made.read(), run.request), run.parts).result()
-    assert again["values_best"] == whole.result()["values_best"]
-    for key, column in whole.result()["history"].items():
-        if key not in ("values", "field_means"):
-            np.testing.assert_array_equal(column, again["history"][key])
 
 
 def test_a_run_stopped_while_its_pictures_were_written_is_not_run_again(tmp_path):
@@ -273,31 +250,16 @@ def test_a_run_stopped_while_its_pictures_were_written_is_not_run_again(tmp_path
     whole = finished(plan)
     recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
     recorder.update(whole, now=True)
-    run = checkpoint.going_on(checkpoint.load(tmp_path / "run"))
-    job = finished(prepare(made.read(), run.request), run.parts)
+    run = checkpoint.load(tmp_path / "run")
+    job = finished(prepare(made.read(), run.request), run.state)
     assert job.progress().fraction == 1 and not job.progress().running
     before, after = whole.result(), job.result()
-    for key in ("values_best", "iterations", "seconds", "samples", "stopped_because"):
+    for key in ("values_best", "iterations", "samples", "stopped"):
         assert after[key] == before[key], key
-
-
-@pytest.mark.parametrize(("done", "left"), [(3, 17), (15, 10)])
-def test_an_interrupted_stage_becomes_two(done, left):
-    part = {"iterations": done, "stopped_because": "", "history": {}}
-    unknowns = (UnknownRequest("Body", "ior"),)
-    request = RunRequest("", unknowns, (), FitSettings(iterations=20))
-    run = checkpoint.going_on(checkpoint.Unfinished(request, [part]))
-    found, parts = run.request, run.parts
-    assert [(s.name, s.iterations) for s in found.stages] == [
-        ("everything", done),
-        ("everything, part 2", left),
+    assert [item["values"] for item in after["stages"]] == [
+        item["values"] for item in before["stages"]
     ]
-    assert parts[0]["stopped_because"] == "interrupted"
-    assert found.stages[0].parameters == ("Body:ior",)
-    more = [{"iterations": done, "stopped_because": "interrupted"}, part | {"iterations": 2}]
-    again = checkpoint.going_on(checkpoint.Unfinished(found, more)).request
-    names = ["everything", "everything, part 2", "everything, part 3"]
-    assert [s.name for s in again.stages] == names
+    np.testing.assert_array_equal(after["history"]["loss"], before["history"]["loss"])
 
 
 def test_a_failed_write_leaves_a_run_that_can_be_resumed(words, tmp_path, capsys, monkeypatch):
@@ -343,13 +305,13 @@ def test_other_arguments_do_not_go_with_it_and_a_broken_state_is_told(tmp_path, 
     )
     assert status == 2
     assert [p["object"] for p in report["problems"]] == ["Argument --fit", "Argument --spp"]
-    (recorder.folder / "state.json").write_text('{"schema": 1, "parts": [{}]}')
+    (recorder.folder / "state.json").write_text('{"schema": 2, "file": 1}')
     with pytest.raises(BadInput, match="state cannot be read"):
         checkpoint.load(recorder.folder)
 
 
 @pytest.mark.usefixtures("addon")
-def test_a_run_in_blender_is_kept_and_goes_on(tmp_path):
+def test_a_run_in_blender_is_kept_and_goes_on(tmp_path, monkeypatch):
     import bpy
     from test_interface import prepare_fit
 
@@ -362,13 +324,13 @@ def test_a_run_in_blender_is_kept_and_goes_on(tmp_path):
     start = Pressed(Start)
     assert start._start(bpy.context)
     until = time.monotonic() + 60
-    while state.RUN.job.progress().iteration < 5 and time.monotonic() < until:
-        time.sleep(0.01)
     folder = state.RUN.recorder.folder
-    state.RUN.recorder.update(state.RUN.job)
-    state.RUN.recorder.wait()
-    assert (folder / "state.json").is_file()
-    for path in folder.glob("optimiser_*.state"):  # so that the run can be made shorter below
+    monkeypatch.setattr(checkpoint, "_EVERY", 0.0)
+    while not (folder / "state.json").is_file() and time.monotonic() < until:
+        state.RUN.recorder.update(state.RUN.job)
+        state.RUN.recorder.wait()
+    assert checkpoint.load(folder).state is not None
+    for path in (folder / "state.json", *folder.glob("*.state")):  # the run is made shorter below
         path.unlink()
     state.RUN.recorder = None  # as if Blender had ended here
     bpy.ops.selenite.cancel()
@@ -377,7 +339,7 @@ def test_a_run_in_blender_is_kept_and_goes_on(tmp_path):
     run["settings"]["iterations"] = 12
     (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
     assert bpy.ops.selenite.resume(directory=str(folder)) == {"FINISHED"}
-    assert [stage["name"] for stage in state.RUN.result["stages"]][0] == "everything"
+    assert state.RUN.result["iterations"] == 12
     assert len(settings.results) == 1
     assert not folder.exists()
     with pytest.raises(RuntimeError, match="does not exist"):

@@ -14,10 +14,10 @@ from command_line import command
 from selenite import grid_files, native
 from selenite.cli import main
 from selenite.fit_run.answer.results import write_results
+from selenite.fit_run.job import FitJob
 from selenite.fit_run.plan import prepare
 from selenite.fit_run.request import RunRequest, UnknownRequest
 from selenite.fit_run.settings import FitSettings
-from selenite.fit_run.staging.job import StagedJob, make_job
 from selenite.fit_run.staging.request import StageRequest
 from selenite.scene_read.capture_request import CaptureRequest
 
@@ -155,8 +155,7 @@ def plan_of(tmp_path, iterations, optimiser="auto"):
 
 @pytest.mark.parametrize(("iterations", "wanted"), [((100_000, 5), 1), ((6, 100_000), 2)])
 def test_cancel_keeps_the_best_so_far_in_any_stage(tmp_path, iterations, wanted):
-    job = make_job(plan_of(tmp_path, iterations, "adam"))  # which does not converge
-    assert isinstance(job, StagedJob)
+    job = FitJob(plan_of(tmp_path, iterations, "adam"))  # which does not converge
     job.start()
     # The best values are chosen at validations: at the beginning, and after every fifth iteration.
     begin, until = iterations[0] if wanted == 2 else 0, time.monotonic() + 60
@@ -179,7 +178,7 @@ def test_cancel_keeps_the_best_so_far_in_any_stage(tmp_path, iterations, wanted)
 
 
 def test_a_run_that_is_stopped_at_once_can_be_written(tmp_path):
-    job = make_job(plan_of(tmp_path, (4, 5)))
+    job = FitJob(plan_of(tmp_path, (4, 5)))
     job.start()
     job.cancel()
     job.join()
@@ -190,7 +189,7 @@ def test_a_run_that_is_stopped_at_once_can_be_written(tmp_path):
 
 
 def test_join_runs_through_all_stages_without_anyone_polling(tmp_path):
-    job = make_job(plan_of(tmp_path, (4, 5)))
+    job = FitJob(plan_of(tmp_path, (4, 5)))
     job.start()
     job.join()
     assert job.result()["iterations"] == 9

@@ -148,19 +148,6 @@ def _checkpoints(folder: Path) -> None:
     whole.mkdir()
     request = RunRequest(scene="scene.blend", unknowns=(), captures=(), settings=FitSettings())
     (whole / "run.json").write_text(json.dumps(request.as_json()))
-    values = {"Body:roughness": [0.4]}
-    part = {
-        "iterations": 2, "best_iteration": 1, "best_validation": 0.1,
-        "best_validation_standard_error": 0.01, "samples": 8, "seconds": 1.0, "cpu_seconds": 2.0,
-        "dropped": 0, "stopped_because": "", "optimiser": "adam",
-        "values_best": values, "values_last": values, "search": None, "report": None,
-        "history": {
-            "iteration": np.arange(2), "loss": np.array([0.3, 0.2]),
-            "values": {"Body:roughness": np.array([[0.5], [0.4]])},
-        },
-        "fields_best": {"Body:albedo_grid": np.full((2, 2, 2, 3), 0.5)},
-        "fields_last": {"Body:albedo_grid": np.full((2, 2, 2, 3), 0.5)},
-    }  # fmt: skip
-    (whole / "optimiser_1.state").write_bytes(bytes(range(256)) * 4)
-    state = {"file": "optimiser_1.state", "part": 1, "seconds": 1.0}
-    checkpoint.save(whole, [part], state)
+    (whole / "fit_1.state").write_bytes(bytes(range(256)) * 4)
+    state = {"schema": checkpoint.SCHEMA, "file": "fit_1.state", "iterations": 2, "seconds": 1.0}
+    (whole / "state.json").write_text(json.dumps(state))

@@ -82,6 +82,8 @@ def _goes_on_exactly(run: Path) -> bool:
         state = json.loads((run / "state.json").read_text(encoding="utf-8"))
     except FileNotFoundError:
         return True
+    if "parts" not in state:  # since stages are native there is nothing but whole states
+        return True
     parts, saved = state["parts"], state.get("optimiser")
     return parts[-1]["iterations"] == 0 or bool(saved and saved["part"] == len(parts))
 
@@ -118,17 +120,24 @@ def _with_settings(settings: dict[str, Any]) -> Iterator[None]:
     from selenite import native
 
     core = native.core()
-    make = core.Fit
+    own = {name: getattr(core, name) for name in ("Fit", "Stage") if hasattr(core, name)}
 
-    def made(*arguments: Any) -> Any:
-        *others, given = arguments
-        return _first_known(lambda names: make(*others, given | names), settings)
+    def with_settings(make: Callable[..., Any]) -> Callable[..., Any]:
+        def made(*arguments: Any, **stages: Any) -> Any:
+            if stages:  # each has settings of its own
+                return make(*arguments, **stages)
+            *others, given = arguments
+            return _first_known(lambda names: make(*others, given | names), settings)
 
-    core.Fit = made
+        return made
+
+    for name, make in own.items():
+        setattr(core, name, with_settings(make))
     try:
         yield
     finally:
-        core.Fit = make
+        for name, make in own.items():
+            setattr(core, name, make)
 
 
 def _first_known(make: Callable[[dict[str, Any]], Any], settings: dict[str, Any]) -> Any:

@@ -45,9 +45,11 @@ def texel_weights(case: Case, scene: Any, size: int, threads: int = 1) -> np.nda
         return None
     true = at_target(case, scene)
     weights = np.zeros(case.image.shape)
+    evaluator = native.core().Evaluator(true, threads=threads)
     for seed, camera in enumerate(true.cameras):
-        weights += native.core().texture_gradient(
-            true, camera, size, size, _TEXEL_SPP, scenes.OWNER, seed=seed, threads=threads
+        photo = native.core().Photo(camera, size=(size, size))
+        weights += evaluator.gradient(
+            photo, scenes.OWNER, "base_color_texture", _TEXEL_SPP, seed=seed
         )[1]
     return np.abs(weights)
 
@@ -61,27 +63,20 @@ def bounds_of(case: Case) -> dict[str, tuple[float, float]]:
 
 def job_of(case: Case, scene: Any, pictures: np.ndarray, settings: dict[str, Any]) -> Any:  # noqa: ANN401
     """A native Fit, not started. pictures: (cameras, h, w, 3); settings: of the native fit."""
+    core = native.core()
     unknowns = [
-        {
-            "owner": scenes.OWNER,
-            "parameter": name,
-            "start": list(case.start[name]),
-            "minimum": low,
-            "maximum": high,
-        }
+        core.Unknown(scenes.OWNER, name, low, high, list(case.start[name]))
         for name, (low, high) in bounds_of(case).items()
     ]
+    # Grids and images start as the scene has them.
     if case.albedo_grid is not None:
-        grid = {"owner": scenes.OWNER, "parameter": "albedo_grid", "minimum": 0.0, "maximum": 1.0}
-        unknowns.append(grid)
-    if case.image is not None:  # starts as the scene has it, as the grid does
-        image = {"owner": scenes.OWNER, "parameter": "base_color_texture"}
-        unknowns.append(image | {"minimum": 0.0, "maximum": 1.0})
+        unknowns.append(core.Unknown(scenes.OWNER, "albedo_grid", 0.0, 1.0))
+    if case.image is not None:
+        unknowns.append(core.Unknown(scenes.OWNER, "base_color_texture", 0.0, 1.0))
     captures = [
-        {"camera": camera, "reference": picture}
-        for camera, picture in zip(scene.cameras, pictures, strict=True)
+        core.Photo(camera, picture) for camera, picture in zip(scene.cameras, pictures, strict=True)
     ]
-    return native.core().Fit(scene, captures, unknowns, settings)
+    return core.Fit(scene, captures, unknowns, settings)
 
 
 def ended(job: Any, name: str) -> tuple[dict[str, Any], float]:  # noqa: ANN401

@@ -47,6 +47,10 @@ void bind_world(pybind11::class_<SceneBuilder>& builder);
 /// Light states of a scene.
 void bind_lights(pybind11::class_<Scene>& scene);
 void bind_render(pybind11::module_& m);
+/// Photos and unknowns.
+void bind_photo(pybind11::module_& m);
+/// What photos show of a scene.
+void bind_evaluator(pybind11::module_& m);
 void bind_fit(pybind11::module_& m);
 void bind_photo_jacobian(pybind11::module_& m);
 void bind_fisher_information(pybind11::module_& m);

@@ -66,8 +66,10 @@ PYBIND11_MODULE(_core, m) {
   selenite::bind_parameters(m);
   selenite::bind_scene(m);
   selenite::bind_render(m);
+  selenite::bind_photo(m);
   selenite::bind_fit(m);
   selenite::bind_photo_jacobian(m);
+  selenite::bind_evaluator(m);
   selenite::bind_fisher_information(m);
   selenite::bind_schedule(m);
   selenite::bind_probe(m);

@@ -8,7 +8,6 @@
 #include "fit/inference/fisher_information.h"
 #include "module/arrays.h"
 #include "module/bindings.h"
-#include "render/driver/render.h"
 
 namespace py = pybind11;
 using namespace pybind11::literals;
@@ -47,19 +46,6 @@ FisherInformation information(const PhotoJacobian& seen, const std::optional<Arr
   const py::gil_scoped_release release;
   const auto& [of_brightness, absolute, shift] = model_error;
   return fisher_information(seen, photo, {spp, relative, pixels, {of_brightness, absolute, shift}});
-}
-
-double misfit_of(const Scene& scene, const std::string& camera, const Array<float>& reference,
-                 const OptionalArray& weight, int spp, std::uint64_t seed, int depth, int threads,
-                 const FrameTuple& frame, Progress* progress) {
-  Photo photo = photo_of(reference, weight);
-  photo.camera = camera;
-  check_photo(photo);
-  const RenderSettings settings{photo.width, photo.height,   spp, seed, depth,
-                                threads,     frame_of(frame)};
-  const py::gil_scoped_release release;
-  const Film film = render(scene, scene.camera(camera), SlotLayout(), settings, progress);
-  return relative_misfit(film, photo);
 }
 
 py::array_t<bool> known(const Vector& errors, const Vector& ranges) {
@@ -117,11 +103,6 @@ order of the answer; None: all.)");
   m.def("information_gain", &information_gain, "before"_a, "after"_a, "groups"_a,
         R"(Logarithm of the factor by which errors shrink, the mean over groups: the components of
 each parameter.)");
-  m.def("photo_misfit", &misfit_of, "scene"_a, "camera"_a, "reference"_a, "weight"_a, "spp"_a,
-        py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0, "frame"_a = FrameTuple{},
-        "progress"_a = py::none(),
-        R"(Mean square of what a photo differs by from a render beyond the render's noise, in units
-of its brightness. Raises ValueError, KeyError, Cancelled.)");
 }
 
 }  // namespace selenite

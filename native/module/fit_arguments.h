@@ -3,21 +3,11 @@
 
 #include <pybind11/pybind11.h>
 
-#include <cstddef>
-
-#include "fit/problem/photo.h"
 #include "fit/problem/settings.h"
-#include "fit/problem/unknowns.h"
 
-// What a fit is asked for, from the dicts in which Python says it. All throw ValueError naming what is
-// wrong; `index` is for that.
 namespace selenite {
 
-/// {id, camera, reference, weight, frame}, and by name the parameters of a photo
-Photo photo_of(const pybind11::handle& object, std::size_t index);
-/// {owner, parameter, start, minimum, maximum, learning_rate}
-UnknownParameter unknown_of(const pybind11::handle& object, std::size_t index);
-std::vector<UnknownParameter> unknowns_of(const pybind11::list& unknowns);
+/// From a dict. ValueError: a name that there is not, a value of another type.
 /// Names as in `FitSettings`; what is left out keeps its default.
 FitSettings settings_of(const pybind11::handle& object);
 

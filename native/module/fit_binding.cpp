@@ -17,14 +17,19 @@ using namespace pybind11::literals;
 namespace selenite {
 namespace {
 
-std::unique_ptr<FitJob> make_fit(const Scene& scene, const py::list& photos,
-                                 const py::list& unknowns, const py::dict& settings) {
-  std::vector<Photo> taken;
-  for (const auto& one : photos) taken.push_back(photo_of(one, taken.size()));
-  const std::vector<UnknownParameter> wanted = unknowns_of(unknowns);
+std::unique_ptr<FitJob> make_fit(const Scene& scene, std::vector<Photo> photos,
+                                 const std::vector<UnknownParameter>& unknowns,
+                                 const py::dict& settings) {
   const FitSettings with = settings_of(settings);
   const py::gil_scoped_release release;
-  return std::make_unique<FitJob>(scene, std::move(taken), wanted, with);
+  return std::make_unique<FitJob>(scene, std::move(photos), unknowns, with);
+}
+
+Stage make_stage(const std::string& name, std::vector<std::string> parameters,
+                 std::vector<std::string> fields, const Scene& scene, std::vector<Photo> photos,
+                 const py::dict& settings) {
+  return {name,  std::move(parameters), std::move(fields),
+          scene, std::move(photos),     settings_of(settings)};
 }
 
 py::dict values_dict(const Unknowns& unknowns, const Vector& x) {
@@ -34,65 +39,109 @@ py::dict values_dict(const Unknowns& unknowns, const Vector& x) {
   return values;
 }
 
+py::dict values_dict(const RunPoint& point) {
+  py::dict values;
+  for (const auto& [name, numbers] : point.scalars) values[py::str(name)] = numbers;
+  return values;
+}
+
 /// Float32 by name: (nz, ny, nx, channels) of a grid, (height, width, 3) of an image.
-py::dict fields_dict(const Fields& fields, const FieldValues& values) {
+py::dict fields_dict(const RunUnknowns& unknowns, const RunPoint& point) {
   py::dict arrays;
-  for (std::size_t f = 0; f < fields.names().size(); ++f) {
-    py::array_t<float> array(fields.shape(f));
-    for (Eigen::Index i = 0; i < values[f].size(); ++i)
-      array.mutable_data()[i] = static_cast<float>(values[f][i]);
-    arrays[py::str(fields.names()[f])] = array;
+  for (const auto& [name, values] : point.fields) {
+    py::array_t<float> array(unknowns.shape(name));
+    for (Eigen::Index i = 0; i < values.size(); ++i)
+      array.mutable_data()[i] = static_cast<float>(values[i]);
+    arrays[py::str(name)] = array;
   }
   return arrays;
+}
+
+std::string stopped_because(StopReason reason, const std::string& message) {
+  std::string text = stop_text(reason);
+  if (reason == StopReason::kDropped) text += ": " + message;
+  return text;
 }
 
 py::dict state_dict(const FitJob& job) {
   const FitState s = job.state();
   return py::dict(
-      "running"_a = s.running, "done"_a = s.done, "error"_a = s.error,
-      "stopped_because"_a = s.stopped_because, "iteration"_a = s.iteration,
-      "iterations"_a = s.iterations, "phase"_a = s.phase, "phase_fraction"_a = s.phase_fraction,
-      "loss"_a = s.loss, "validation"_a = s.validation,
+      "running"_a = s.running, "done"_a = s.done, "error"_a = s.error, "stopped"_a = s.stopped,
+      "stopped_because"_a = stopped_because(s.stopped, s.message), "stage"_a = s.stage,
+      "iteration"_a = s.iteration, "own_iteration"_a = s.own_iteration,
+      "iterations"_a = s.iterations, "phase"_a = phase_text(s.phase),
+      "phase_fraction"_a = s.phase_fraction, "loss"_a = s.loss, "validation"_a = s.validation,
       "validation_standard_error"_a = s.validation_standard_error, "seconds"_a = s.seconds,
-      "seconds_left"_a = s.seconds_left, "values"_a = values_dict(job.unknowns(), s.values));
+      "seconds_left"_a = s.seconds_left, "values"_a = values_dict(s.values));
 }
 
-/// One array per column: (k,), (k, 3) for the bias, (k, width) for each parameter.
-py::dict history_dict(const FitJob& job, const std::vector<HistoryRow>& rows) {
-  const auto k = static_cast<py::ssize_t>(rows.size());
-  py::array_t<int> iteration(k);
+/// The stages that have begun, the newest last.
+std::vector<const EndedStage*> stages_of(const RunResult& run) {
+  std::vector<const EndedStage*> stages;
+  for (const auto& one : run.ended) stages.push_back(one.get());
+  stages.push_back(&run.newest);
+  return stages;
+}
+
+/// One array per column: (k,), (k, 3) for the bias, (k, width) for each parameter. Iterations count
+/// over all stages; a stage's first row has the number of the last one of the stage before it. What
+/// a stage does not fit keeps its value.
+py::dict history_dict(const FitJob& job, const RunResult& run) {
+  const std::vector<const EndedStage*> stages = stages_of(run);
+  py::ssize_t k = 0;
+  for (const EndedStage* one : stages) k += std::ssize(one->result.history);
+  py::array_t<int> stage(k), iteration(k);
   py::array_t<double> loss(k), validation(k), error(k), bias({k, py::ssize_t{3}});
-  const auto& components = job.unknowns().components();
-  std::vector<py::array_t<double>> columns;
-  for (std::size_t i = 0; i < job.unknowns().names().size(); ++i) {
-    const auto width = job.unknowns().values_of(static_cast<int>(i), job.unknowns().start()).size();
-    columns.emplace_back(std::vector<py::ssize_t>{k, static_cast<py::ssize_t>(width)});
+  RunPoint point = job.unknowns().start();
+  std::vector<py::array_t<double>> columns, means;
+  for (const auto& [name, numbers] : point.scalars)
+    columns.emplace_back(std::vector<py::ssize_t>{k, std::ssize(numbers)});
+  std::vector<Color<double>> mean;
+  for (const auto& [name, values] : point.fields) {
+    means.emplace_back(std::vector<py::ssize_t>{k, 3});
+    mean.push_back(job.unknowns().mean(name, values));
   }
-  for (py::ssize_t i = 0; i < k; ++i) {
-    const HistoryRow& row = rows[static_cast<std::size_t>(i)];
-    iteration.mutable_at(i) = row.iteration;
-    loss.mutable_at(i) = row.loss;
-    validation.mutable_at(i) = row.validation;
-    error.mutable_at(i) = row.validation_standard_error;
-    for (int c = 0; c < 3; ++c) bias.mutable_at(i, c) = row.mean_bias[c];
-    for (std::size_t j = 0; j < components.size(); ++j)
-      columns[static_cast<std::size_t>(components[j].parameter)].mutable_at(
-          i, components[j].index) = row.values[static_cast<Eigen::Index>(j)];
+  py::ssize_t i = 0;
+  int done = 0, number = 0;
+  for (const EndedStage* one : stages) {
+    ++number;
+    const std::vector<std::string>& fields = one->problem->fields().names();
+    for (const HistoryRow& row : one->result.history) {
+      stage.mutable_at(i) = number;
+      iteration.mutable_at(i) = done + row.iteration;
+      loss.mutable_at(i) = row.loss;
+      validation.mutable_at(i) = row.validation;
+      error.mutable_at(i) = row.validation_standard_error;
+      for (int c = 0; c < 3; ++c) bias.mutable_at(i, c) = row.mean_bias[c];
+      RunPoint at{point.scalars, {}};
+      at.take(*one->problem, row.values, {});
+      for (std::size_t j = 0; j < columns.size(); ++j)
+        for (std::size_t c = 0; c < at.scalars[j].second.size(); ++c)
+          columns[j].mutable_at(i, static_cast<py::ssize_t>(c)) = at.scalars[j].second[c];
+      for (std::size_t f = 0; f < means.size(); ++f) {
+        const auto own = std::ranges::find(fields, point.fields[f].first);
+        const Color<double>& there =
+            own == fields.end() ? mean[f]
+                                : row.field_means[static_cast<std::size_t>(own - fields.begin())];
+        for (int c = 0; c < 3; ++c) means[f].mutable_at(i, c) = there[c];
+      }
+      ++i;
+    }
+    done += one->result.iterations;
+    point.take(*one->problem, one->result.best, *one->result.fields_best);
+    for (std::size_t f = 0; f < means.size(); ++f)
+      mean[f] = job.unknowns().mean(point.fields[f].first, point.fields[f].second);
   }
-  py::dict values;
-  for (std::size_t i = 0; i < columns.size(); ++i)
-    values[py::str(job.unknowns().names()[i])] = columns[i];
-  py::dict means;
-  for (std::size_t f = 0; f < job.fields().names().size(); ++f) {
-    py::array_t<double> column({k, py::ssize_t{3}});
-    for (py::ssize_t i = 0; i < k; ++i)
-      for (int c = 0; c < 3; ++c)
-        column.mutable_at(i, c) = rows[static_cast<std::size_t>(i)].field_means[f][c];
-    means[py::str(job.fields().names()[f])] = column;
-  }
-  return py::dict("iteration"_a = iteration, "loss"_a = loss, "validation"_a = validation,
-                  "validation_standard_error"_a = error, "mean_bias"_a = bias, "values"_a = values,
-                  "field_means"_a = means);
+  py::dict values, of_fields;
+  for (std::size_t j = 0; j < columns.size(); ++j)
+    values[py::str(point.scalars[j].first)] = columns[j];
+  for (std::size_t f = 0; f < means.size(); ++f)
+    of_fields[py::str(point.fields[f].first)] = means[f];
+  py::dict found("iteration"_a = iteration, "loss"_a = loss, "validation"_a = validation,
+                 "validation_standard_error"_a = error, "mean_bias"_a = bias, "values"_a = values,
+                 "field_means"_a = of_fields);
+  if (job.stages().size() > 1) found["stage"] = stage;
+  return found;
 }
 
 py::dict search_dict(const MultiStartResult& r) {
@@ -101,8 +150,8 @@ py::dict search_dict(const MultiStartResult& r) {
 }
 
 /// Per parameter lists over its components; {} where nothing was verified.
-py::dict report_dict(const FitJob& job, const TrustReport& report) {
-  const Unknowns& unknowns = job.unknowns();
+py::dict report_dict(const FitProblem& problem, const TrustReport& report) {
+  const Unknowns& unknowns = problem.unknowns();
   py::dict parameters;
   for (std::size_t i = 0; i < unknowns.names().size() && !report.components.empty(); ++i) {
     py::list errors, intervals, determined, bounds, correlated;
@@ -134,7 +183,7 @@ py::dict report_dict(const FitJob& job, const TrustReport& report) {
     py::list components, photos;
     for (const int k : one.components)
       components.append(unknowns.components()[static_cast<std::size_t>(k)].name);
-    for (const int p : one.photos) photos.append(job.photos()[static_cast<std::size_t>(p)].id);
+    for (const int p : one.photos) photos.append(problem.photos()[static_cast<std::size_t>(p)].id);
     weak.append(py::dict("deviation"_a = one.deviation, "components"_a = components,
                          "captures"_a = photos));
   }
@@ -146,10 +195,10 @@ py::dict report_dict(const FitJob& job, const TrustReport& report) {
                                         "explained"_a = report.misfit.explained));
 }
 
-py::dict captures_dict(const FitJob& job, const std::vector<PhotoReport>& reports) {
+py::dict captures_dict(const FitProblem& problem, const std::vector<PhotoReport>& reports) {
   py::dict found;
   for (std::size_t i = 0; i < reports.size(); ++i) {
-    const Photo& photo = job.photos()[i];
+    const Photo& photo = problem.photos()[i];
     const auto& [gain, error, alignment, rms, unexplained] = reports[i];
     py::dict one("residual_rms"_a = rms, "unexplained"_a = unexplained);
     if (photo.align) one["shift"] = py::make_tuple(alignment.x, alignment.y, alignment.roll);
@@ -167,31 +216,68 @@ py::dict captures_dict(const FitJob& job, const std::vector<PhotoReport>& report
   return found;
 }
 
+/// What `stages` says of one of them.
+py::dict stage_dict(const Stage& stage, const EndedStage& one, StopReason stopped) {
+  const FitResult& r = one.result;
+  return py::dict("name"_a = stage.name, "parameters"_a = stage.parameters,
+                  "iterations"_a = r.iterations, "spp"_a = stage.settings.spp,
+                  "height"_a = stage.photos.front().height, "best_iteration"_a = r.best_iteration,
+                  "stopped_because"_a = stopped_because(stopped, r.message),
+                  "samples"_a = r.samples, "seconds"_a = one.seconds,
+                  "cpu_seconds"_a = r.cpu_seconds,
+                  "values"_a = values_dict(one.problem->unknowns(), r.best));
+}
+
 py::dict result_dict(const FitJob& job) {
-  const FitResult r = job.result();
+  const RunResult run = job.result();
   const FitState s = job.state();
-  return py::dict(
-      "values_last"_a = values_dict(job.unknowns(), r.last),
-      "values_best"_a = values_dict(job.unknowns(), r.best),
-      "fields_last"_a = fields_dict(job.fields(), *r.fields_last),
-      "fields_best"_a = fields_dict(job.fields(), *r.fields_best),
-      "best_iteration"_a = r.best_iteration, "best_validation"_a = r.best_validation,
+  const EndedStage& newest = run.newest;
+  const FitResult& r = newest.result;
+  RunPoint best = *run.point, last = *run.point;
+  best.take(*newest.problem, r.best, *r.fields_best);
+  last.take(*newest.problem, r.last, *r.fields_last);
+  for (RunPoint* point : {&best, &last})
+    job.unknowns().fill_waiting(*point, job.stages(), run.ended.size() + 1);
+  int before = 0;
+  RenderCounts sum = r;
+  for (const auto& one : run.ended) {
+    before += one->result.iterations;
+    sum.samples += one->result.samples;
+    sum.dropped += one->result.dropped;
+    sum.cpu_seconds += one->result.cpu_seconds;
+  }
+  const MultiStartResult& search = stages_of(run).front()->result.search;
+  py::dict found(
+      "values_last"_a = values_dict(last), "values_best"_a = values_dict(best),
+      "fields_last"_a = fields_dict(job.unknowns(), last),
+      "fields_best"_a = fields_dict(job.unknowns(), best),
+      "best_iteration"_a = before + r.best_iteration, "best_validation"_a = r.best_validation,
       "best_validation_standard_error"_a = r.best_validation_standard_error,
-      "captures"_a = captures_dict(job, r.photos), "start_validation"_a = r.start_validation,
-      "kept_start"_a = r.kept_start,
+      "captures"_a = captures_dict(*newest.problem, r.photos),
+      "start_validation"_a = r.start_validation, "kept_start"_a = r.kept_start,
       "model_error"_a =
           py::dict("relative"_a = r.model_error.relative, "absolute"_a = r.model_error.absolute,
                    "shift"_a = r.model_error.shift),
-      "iterations"_a = r.iterations, "stopped_because"_a = s.stopped_because, "error"_a = s.error,
-      "optimiser"_a = job.optimiser_name(), "samples"_a = r.samples, "seconds"_a = s.seconds,
-      "cpu_seconds"_a = r.cpu_seconds, "dropped"_a = r.dropped, "search"_a = search_dict(r.search),
-      "report"_a = report_dict(job, r.report), "history"_a = history_dict(job, r.history));
+      "iterations"_a = before + r.iterations, "stopped"_a = s.stopped,
+      "stopped_because"_a = stopped_because(s.stopped, s.message), "error"_a = s.error,
+      "optimiser"_a = newest.optimiser, "samples"_a = sum.samples, "seconds"_a = s.seconds,
+      "cpu_seconds"_a = sum.cpu_seconds, "dropped"_a = sum.dropped,
+      "search"_a = search_dict(search), "report"_a = report_dict(*newest.problem, r.report),
+      "history"_a = history_dict(job, run));
+  if (job.stages().size() > 1) {
+    py::list stages;
+    for (std::size_t i = 0; i < run.ended.size(); ++i)
+      stages.append(stage_dict(job.stages()[i], *run.ended[i], run.ended[i]->result.stopped));
+    stages.append(stage_dict(job.stages()[run.ended.size()], newest, s.stopped));
+    found["stages"] = stages;
+  }
+  return found;
 }
 
 py::object preview_array(const FitJob& job, int index) {
   const std::shared_ptr<const Picture> picture = job.preview(index);
   if (!picture) return py::none();
-  const Photo& photo = job.photos()[static_cast<std::size_t>(index)];
+  const Photo& photo = job.result().newest.problem->photos()[static_cast<std::size_t>(index)];
   py::array_t<float> array({photo.height, photo.width, 3});
   std::memcpy(array.mutable_data(), picture->data(), picture->size() * sizeof(Colorf));
   return array;
@@ -234,26 +320,33 @@ void bind_fit(py::module_& m) {
   m.def("losses", &loss_table, "The losses: list of dict {name, title, help, least_spp}.");
   m.def("optimisers", &optimiser_table, "The optimisers: list of dict {name, help, least_spp}.");
 
+  py::enum_<StopReason>(m, "StopReason", "Why a fit, or a stage of it, has ended.")
+      .value("NONE", StopReason::kNone)
+      .value("ITERATIONS", StopReason::kIterations)
+      .value("CONVERGED", StopReason::kConverged)
+      .value("TOLERANCE", StopReason::kTolerance)
+      .value("CANCELLED", StopReason::kCancelled)
+      .value("DROPPED", StopReason::kDropped)
+      .value("ERROR", StopReason::kError);
+  py::class_<Stage>(m, "Stage", R"(A part of a fit that finds some of its unknowns.
+
+Args:
+    name: as shown.
+    parameters: names of the unknowns that it fits, as "Body:roughness".
+    fields: names of the fit's grids and images that are in its scene; the others wait for one colour.
+    scene, photos, settings: as of Fit.)")
+      .def(py::init(&make_stage), "name"_a, "parameters"_a, "fields"_a, "scene"_a, "photos"_a,
+           "settings"_a);
+
   // The destructor waits for the fit's thread to reach the end of a tile: not with the GIL held.
   py::class_<FitJob>(m, "Fit", py::release_gil_before_calling_cpp_dtor(),
                      R"(A fit of scene parameters to photos, in a native thread of its own.
 
 Args:
     scene: copied; later changes of the argument do not matter.
-    photos: list of dict {id: str, unique, or None for the camera's name; camera: str, of any number
-        of photos; reference: (h, w, 3) float32 linear radiance, row 0 at the top; weight: (h, w)
-        float32 >= 0 or None; frame: as for `render`; lights: as for Scene.with_lights; free_gain:
-        "none", "scalar" or "rgb", a factor on its gain that the fit finds; align: whether it
-        finds a small shift and roll; by name, the values of
-        its parameters that are not the usual ones}. Pixels that are not finite must have weight 0.
-    unknowns: list of dict {owner, parameter, start: (1,) or (3,), minimum, maximum, learning_rate
-        (0.03)}; owner is a material, a lamp, "World" or the id of a photo; the bounds hold for
-        every component. The parameters "albedo_grid" and
-        "density_grid" of a material are every value of that grid, "base_color_texture" every texel
-        of that image, as the image holds it (in sRGB if it is encoded): they start at the scene's,
-        without `start` (a search moves an albedo grid or an image of one colour as a whole), and
-        the rate is in units of their values: the length of a step; after a search the first is four
-        times as long, and the last one of an image a quarter.
+    photos: list of Photo.
+    unknowns: list of Unknown; a search moves an albedo grid or an image of one colour as a whole, and
+        its first step is four times as long, the last one of an image a quarter.
     settings: dict; what is left out keeps its default: loss "robust" (see losses()), optimiser
         "auto" (see optimisers()), iterations 100, most_iterations 0 (up to where scalars that have
         not converged go on; 0: no farther), spp 4, tolerance 0.001 (0: never), seed 0,
@@ -269,6 +362,14 @@ Args:
 Raises:
     ValueError, KeyError: all problems at once, one line each; nothing is started.)")
       .def(py::init(&make_fit), "scene"_a, "photos"_a, "unknowns"_a, "settings"_a = py::dict())
+      .def(
+          py::init([](const std::vector<UnknownParameter>& unknowns, std::vector<Stage> stages) {
+            const py::gil_scoped_release release;
+            return std::make_unique<FitJob>(unknowns, std::move(stages));
+          }),
+          "unknowns"_a, py::kw_only(), "stages"_a,
+          R"(In stages: each starts at the best values of the one before it; only the first searches,
+only the last is refined. unknowns: of the run, each in one stage at least.)")
       .def("start", &FitJob::start, "Starts the thread. ValueError when started before.")
       .def("cancel", &FitJob::cancel, "Asks it to stop; polled per tile. What was found stays.")
       .def("join", &FitJob::join, py::call_guard<py::gil_scoped_release>(), "Waits for the end.")
@@ -287,21 +388,30 @@ as that one would have had. seconds: what it had taken.
 
 Raises:
     ValueError: the bytes are damaged, or of a fit with other arguments or another version.)")
-      .def("state", &state_dict,
-           R"(Cheap, at any time: dict {running, done, error, stopped_because, phase ("multi-start",
-"descent", "refinement"), phase_fraction, iteration, iterations, loss, validation, validation_standard_error,
-seconds, seconds_left (NaN: unknown yet), values
+      .def(
+          "state", &state_dict,
+          R"(Cheap, at any time: dict {running, done, error, stopped (a StopReason), stopped_because, phase
+("multi-start", "descent", "refinement"), phase_fraction, stage (from 0), iteration, iterations (of
+all stages), own_iteration (of the stage), loss, validation, validation_standard_error, seconds,
+seconds_left (NaN: unknown yet), values
 {"Body:roughness": [..]}}. A failure of the fit is reported here, never raised.)")
       .def("preview", &preview_array, "photo_index"_a,
            "Newest picture of a photo, (h, w, 3) float32, or None before the first.")
       .def(
-          "history", [](const FitJob& job) { return history_dict(job, job.result().history); },
-          "That of `result` alone, at any time: what plots want, without a copy of the fields.")
+          "history",
+          [](const FitJob& job, bool of_stage) {
+            RunResult run = job.result();
+            if (of_stage) run.ended.clear();
+            return history_dict(job, run);
+          },
+          "of_stage"_a = false,
+          "That of `result` alone, at any time: what plots want, without a copy of the fields;\n"
+          "of_stage: of the stage that runs.")
       .def(
           "result", &result_dict,
           R"(dict {values_last, values_best, fields_last, fields_best, best_iteration, best_validation,
 best_validation_standard_error, captures {photo: {residual_rms, unexplained, and of a free gain: gain (r, g, b), gain_interval_90, of one that is aligned: shift (x, y in pixels, roll in radians)}}, start_validation, kept_start, model_error {relative, absolute, shift},
-iterations, stopped_because, error, optimiser, samples, seconds,
+iterations, stopped (a StopReason), stopped_because, error, optimiser, samples, seconds,
 cpu_seconds, dropped, search, report, history}. Best are the newest values whose loss, in a render with fixed
 seed and more samples, is not worse than the smallest one by more than its noise.
 fields: {"Body:albedo_grid": (nz, ny, nx, channels) float32}.
@@ -314,7 +424,10 @@ what, the widest first, each {deviation: standard deviation along it in ranges, 
 gains follow it}}.
 history: iteration (k,), loss (k,), validation (k,) and its standard error (NaN where not done),
 mean_bias (k, 3) render minus photo, field_means {"Body:albedo_grid": (k, 3)}, values {"Body:roughness": (k, width)}; the last row is the
-final state, its loss taken from the validation render.)");
+final state, its loss taken from the validation render. Of a fit in stages also stage (k,), from 1.
+stages: of a fit in stages, list of dict {name, parameters, iterations, spp, height, best_iteration,
+stopped_because, samples, seconds, cpu_seconds, values}; losses and report are those of the last
+one.)");
 }
 
 }  // namespace selenite

@@ -13,16 +13,6 @@ using namespace pybind11::literals;
 namespace selenite {
 namespace {
 
-/// (owner, parameter, values, minimum, maximum)
-using Asked = std::tuple<std::string, std::string, std::vector<double>, double, double>;
-
-Unknowns unknowns_of(const Scene& scene, const std::vector<Asked>& asked) {
-  std::vector<UnknownParameter> wanted;
-  for (const auto& [owner, parameter, values, minimum, maximum] : asked)
-    wanted.push_back({owner, parameter, values, minimum, maximum});
-  return {scene, wanted};
-}
-
 py::array_t<double> vector_array(const Vector& v) {
   return py::array_t<double>(static_cast<py::ssize_t>(v.size()), v.data());
 }
@@ -36,26 +26,14 @@ py::array_t<float> jacobian_array(const Jacobian& jacobian, const PhotoJacobian&
   return out;
 }
 
-py::dict reparametrization_dict(const Scene& scene, const std::vector<Asked>& asked) {
-  const Unknowns unknowns = unknowns_of(scene, asked);
+py::dict reparametrization_dict(const Scene& scene, const std::vector<UnknownParameter>& asked) {
+  const Unknowns unknowns(scene, asked);
   const Reparametrization reparametrization(unknowns);
   py::list names;
   for (const Component& component : unknowns.components()) names.append(component.name);
   return py::dict(
       "names"_a = names, "slope"_a = vector_array(reparametrization.slope(unknowns.start())),
       "range"_a = vector_array(reparametrization.maximum() - reparametrization.minimum()));
-}
-
-PhotoJacobian photo_jacobian_of(const Scene& scene, const std::vector<Asked>& asked,
-                                const std::string& camera, int width, int height, int spp,
-                                std::uint64_t seed, int depth, int threads, const FrameTuple& frame,
-                                Progress* progress) {
-  const Unknowns unknowns = unknowns_of(scene, asked);
-  const RenderSettings settings{width, height, spp, seed, depth, threads, frame_of(frame)};
-  Photo photo;
-  photo.camera = camera;
-  const py::gil_scoped_release release;
-  return photo_jacobian(scene, unknowns, photo, settings, progress);
 }
 
 py::array_t<float> variance_array(const PhotoJacobian& seen) {
@@ -98,7 +76,7 @@ shapes differ.)");
       R"(The reparametrization in which a fit steps: dict of {names: ["Body:ior"], slope: d value / d
 coordinate at the values, range: between the bounds}, each by component.
 
-unknowns: list of (owner, parameter, values, minimum, maximum). Raises ValueError, KeyError.)");
+unknowns: list of Unknown, at the values that they start at. Raises ValueError, KeyError.)");
   py::class_<PhotoJacobian>(m, "PhotoJacobian", R"(What a camera shows of the unknowns at their
 values: image and variance (of one sample), (height, width, 3); jacobian_a, jacobian_b, (n, height,
 width, 3), d picture / d coordinate by component over even and odd samples; spp; dropped; not_finite:
@@ -123,13 +101,6 @@ names of components.)")
       .def("join", &PhotoJacobian::join, "other"_a,
            "Adds the samples of another one of the same camera, unknowns and size.")
       .def_readonly("not_finite", &PhotoJacobian::not_finite);
-  m.def("photo_jacobian", &photo_jacobian_of, "scene"_a, "unknowns"_a, "camera"_a, "width"_a,
-        "height"_a, "spp"_a, py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0,
-        "frame"_a = FrameTuple{}, "progress"_a = py::none(),
-        R"(Renders a PhotoJacobian: in four portions, as a refinement pass of a fit does.
-
-unknowns: as for `reparametrization`; frame: as for `render`. Raises ValueError (spp below 8, more
-than 32 slots), KeyError, Cancelled.)");
 }
 
 }  // namespace selenite

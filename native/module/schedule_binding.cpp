@@ -14,17 +14,16 @@ namespace {
 /// photos: (id, camera, width, height) each.
 py::list schedule_list(const Scene& scene,
                        const std::vector<std::tuple<std::string, std::string, int, int>>& photos,
-                       const py::list& unknowns, const py::dict& settings) {
+                       const std::vector<UnknownParameter>& unknowns, const py::dict& settings) {
   std::vector<Photo> sizes;
   for (const auto& [id, camera, width, height] : photos) {
     sizes.push_back(photo_of_size(camera, width, height));
     sizes.back().id = id;
   }
-  const std::vector<UnknownParameter> wanted = unknowns_of(unknowns);
   const FitSettings with = settings_of(settings);
   const auto planned = [&] {
     const py::gil_scoped_release release;
-    FitProblem problem(scene, std::move(sizes), wanted, with);
+    FitProblem problem(scene, std::move(sizes), unknowns, with);
     return schedule(problem, Strategy(problem));
   }();
   py::list plan;

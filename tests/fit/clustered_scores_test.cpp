@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 #include "math/rng.h"
 
 namespace selenite {

@@ -41,13 +41,13 @@ TEST(FitJob, DoesWhatTheFitDoes) {
   Fit fit(scene, one(scene), synthetic_unknowns(), settings);
   while (fit.step()) {
   }
-  EXPECT_EQ(job.result().last, fit.result().last);
-  EXPECT_EQ(job.result().best, fit.result().best);
+  EXPECT_EQ(job.result().newest.result.last, fit.result().last);
+  EXPECT_EQ(job.result().newest.result.best, fit.result().best);
   const FitState state = job.state();
   EXPECT_TRUE(state.done);
   EXPECT_FALSE(state.running);
   EXPECT_EQ(state.iteration, 12);
-  EXPECT_EQ(state.stopped_because, "all iterations done");
+  EXPECT_EQ(state.stopped, StopReason::kIterations);
   EXPECT_EQ(state.seconds_left, 0);
   EXPECT_EQ(state.error, "");
   ASSERT_NE(job.preview(0), nullptr);
@@ -63,15 +63,15 @@ TEST(FitJob, CancelEndsItSoonWithAConsistentState) {
   job.start();
   gate.wait_for_render();
   EXPECT_TRUE(job.state().running);
-  EXPECT_EQ(job.state().stopped_because, "");
+  EXPECT_EQ(job.state().stopped, StopReason::kNone);
   job.cancel();
   job.join();
   const FitState state = job.state();
   EXPECT_TRUE(state.done);
-  EXPECT_EQ(state.stopped_because, "cancelled");
+  EXPECT_EQ(state.stopped, StopReason::kCancelled);
   EXPECT_EQ(state.error, "");
   EXPECT_EQ(state.iteration, 0);
-  EXPECT_EQ(job.result().best, job.unknowns().start());
+  EXPECT_EQ(job.result().newest.result.best, job.result().newest.problem->unknowns().start());
 }
 
 TEST(FitJob, TheDestructorEndsARunningFit) {
@@ -113,7 +113,7 @@ TEST(FitJob, AnErrorIsToldInTheState) {
   job.start();
   job.join();
   EXPECT_TRUE(job.state().done);
-  EXPECT_EQ(job.state().stopped_because, "error");
+  EXPECT_EQ(job.state().stopped, StopReason::kError);
   EXPECT_NE(job.state().error.find("no memory"), std::string::npos);
 }
 
@@ -132,7 +132,7 @@ TEST(FitJob, CanBeWatchedFromManyThreads) {
         const FitState state = job.state();
         EXPECT_GE(state.iteration, last);
         last = state.iteration;
-        EXPECT_EQ(job.result().last.size(), 6);
+        EXPECT_EQ(job.result().newest.result.last.size(), 6);
         job.preview(0);
         job.request_state();
         if (const auto saved = job.take_state()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 #include "render/driver/render.h"
 
 // Photos of a real scene by all of its cameras, for fits of fields.

@@ -13,7 +13,7 @@ NATIVE = Path(__file__).resolve().parents[2] / "native"
 ROOMS = ("image", "fit", "scene", "render", "model", "module")
 #: Whose literals are docstrings and names of settings, or said to the module's own tests.
 NOT_SHOWN = (
-    "fit/solver/optimiser.cpp", "fit/problem/photo.h", "model/field_index.h", "model/probe.cpp",
+    "fit/solver/optimiser.cpp", "fit/photo/photo.h", "model/field_index.h", "model/probe.cpp",
     "module/probe_binding.cpp",
 )  # fmt: skip
 #: What `problems.problems_of` takes for the thing that a line is about: it is shown by itself.

@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -19,8 +18,6 @@ from fuzzing import seeds  # noqa: E402
 from selenite.fit_run import checkpoint  # noqa: E402
 from selenite.problems import BadInput  # noqa: E402
 
-GRID = "Body:albedo_grid"
-
 
 @pytest.fixture
 def run(tmp_path: Path) -> Path:
@@ -30,29 +27,16 @@ def run(tmp_path: Path) -> Path:
 
 def test_a_whole_record_is_read(run: Path) -> None:
     found = checkpoint.load(run)
-    assert found.parts[0]["iterations"] == 2
-    assert found.parts[0]["values_best"] == {"Body:roughness": [0.4]}
-    assert np.array_equal(found.parts[0]["fields_best"][GRID], np.full((2, 2, 2, 3), 0.5))
     assert found.state is not None
-    assert found.state.data == bytes(range(256)) * 4
-
-
-def _flip(data: bytes) -> bytes:
-    at = data.find(b"\x93NUMPY") + 140  # among the numbers, which the archive has a checksum of
-    return data[:at] + bytes([data[at] ^ 255]) + data[at + 1 :]
+    assert found.state.data == bytes(range(256)) * 4 and found.state.seconds == 1.0
 
 
 @pytest.mark.parametrize(
     ("files", "change"),
     [
-        ("grids_*.npz", _flip),
-        ("grids_*.npz", lambda data: data[: len(data) // 2]),
-        ("grids_*.npz", lambda _: b""),
-        ("grids_*.npz", lambda _: b"text"),
-        ("grids_*.npz", lambda data: data.replace(b"0|fields", b"9|fields")),
         ("state.json", lambda data: data[:-20]),
         ("state.json", lambda _: b"[" * 100_000),
-        ("state.json", lambda data: data.replace(b'"parts"', b'"party"')),
+        ("state.json", lambda data: data.replace(b'"file"', b'"life"')),
         ("state.json", lambda _: b"\xff\xfe"),
         ("run.json", lambda _: b"[" * 100_000),
         ("run.json", lambda data: data.replace(b"{", b"[", 1)),

@@ -30,19 +30,20 @@ def scene(color: tuple[float, ...] = TRUTH) -> Any:
     return builder.build()
 
 
-def photo(more: tuple[float, ...] = (0, 0, 0)) -> dict[str, Any]:
+def photo(more: tuple[float, ...] = (0, 0, 0), name: str = "Front") -> Any:
     """What the board looks like with the true colour, and `more` light in it."""
     film = _core.render(scene(), "Camera", SIZE, SIZE, 64, seed=99)
     reference = np.ascontiguousarray(film.image + np.array(more, np.float32), np.float32)
-    return {"id": "Front", "camera": "Camera", "reference": reference, "weight": None}
+    return _core.Photo("Camera", reference, id=name)
 
 
-def color(**more: Any) -> dict[str, Any]:
-    found = {"owner": "Body", "parameter": "base_color", "start": list(TRUTH)}
-    return found | {"minimum": 0.001, "maximum": 0.999, "learning_rate": 0.03} | more
+def color(**more: Any) -> Any:
+    return _core.Unknown(
+        "Body", "base_color", **({"minimum": 0.001, "maximum": 0.999, "start": TRUTH} | more)
+    )
 
 
-def result(settings: dict[str, Any], unknown: dict[str, Any] | None = None, **more: Any) -> Any:
+def result(settings: dict[str, Any], unknown: Any = None, **more: Any) -> Any:
     """Of a small fit of the colour by Adam, in one thread."""
     usual = {"optimiser": "adam", "iterations": 3, "spp": 4, "tolerance": 0.0, "threads": 1,
              "search": "off", "refinement": "off"}  # fmt: skip
@@ -96,7 +97,7 @@ def test_iterations_are_counted() -> None:
 
 def test_accumulate_makes_one_step_for_all_photos() -> None:
     """Adam's first step is as long as the rate: of two photos one step, or two."""
-    photos = [photo((0.2, 0.2, 0.2)), photo((0.2, 0.2, 0.2)) | {"id": "Again"}]
+    photos = [photo((0.2, 0.2, 0.2)), photo((0.2, 0.2, 0.2), "Again")]
     moved = [
         result({"iterations": 1, "accumulate": on}, photos=photos)["values_last"]["Body:base_color"]
         for on in (True, False)
@@ -137,8 +138,7 @@ def test_the_report_has_the_channels_in_order() -> None:
 
 
 def test_values_of_several_parameters_keep_their_names() -> None:
-    world = {"owner": "World", "parameter": "strength", "start": [1.5], "minimum": 0.1,
-             "maximum": 3.0, "learning_rate": 0.1}  # fmt: skip
+    world = _core.Unknown("World", "strength", 0.1, 3.0, 1.5, 0.1)
     fit = _core.Fit(scene(), [photo()], [world, color()], {"iterations": 1, "optimiser": "adam"})
     state = fit.state()
     assert state["values"] == {"World:strength": [1.5], "Body:base_color": pytest.approx(TRUTH)}

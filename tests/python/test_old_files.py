@@ -8,10 +8,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite.fit_run import checkpoint, old_names, trust  # noqa: E402
+from selenite.fit_run import checkpoint, old_names  # noqa: E402
+from selenite.problems import BadInput  # noqa: E402
 
 #: As version 0.1.0 wrote it before photos had ids.
 RUN: dict[str, Any] = {
@@ -24,41 +27,27 @@ RUN: dict[str, Any] = {
     "stages": [],
     "staging": "",
 }
-PART: dict[str, Any] = {
-    "iterations": 15,
-    "best_iteration": 15,
-    "best_validation": 0.001,
-    "best_validation_standard_error": 0.0001,
-    "samples": 1000,
-    "seconds": 2.0,
-    "cpu_seconds": 4.0,
-    "dropped": 0,
-    "stopped_because": "the values have settled",
-    "optimiser": "gauss-newton",
-    "values_best": {"Body:ior": [1.4]},
-    "values_last": {"Body:ior": [1.4]},
-    "search": None,
-    "report": {
-        "parameters": {},
-        "passes": 1,
-        "rivals": [{"Body:ior": [1.7]}],
-        "contested": ["Body:ior"],
-        "misfit": {"value": 0.0, "standard_error": 0.1, "explained": True},
-    },
-    "history": {"iteration": [0], "loss": [1.0], "values": {"Body:ior": [[1.4]]}},
-}
 
 
 def test_an_unfinished_run_of_an_earlier_version_goes_on(tmp_path: Path) -> None:
-    state = {"schema": 1, "selenite": "0.1.0", "grids": None, "optimiser": None, "parts": [PART]}
+    state = {"file": "optimiser_1.state", "part": 1, "seconds": 2.0}
+    found = {"schema": 1, "selenite": "0.1.0", "grids": None, "optimiser": state, "parts": [{}]}
     (tmp_path / "run.json").write_text(json.dumps(RUN))
-    (tmp_path / "state.json").write_text(json.dumps(state))
-    run = checkpoint.going_on(checkpoint.load(tmp_path))
+    (tmp_path / "state.json").write_text(json.dumps(found))
+    (tmp_path / "optimiser_1.state").write_bytes(b"bits")
+    run = checkpoint.load(tmp_path)
     assert run.request.captures[0].camera == "Camera"
-    (part,) = run.parts
-    assert part["stopped_because"] == "converged"
-    assert trust.alternative_minima(part) == [{"Body:ior": [1.7]}]
-    assert trust.ambiguous(part) == ["Body:ior"]
+    assert run.state is not None and (run.state.data, run.state.seconds) == (b"bits", 2.0)
+    (tmp_path / "state.json").write_text(json.dumps(found | {"optimiser": None}))
+    assert checkpoint.load(tmp_path).state is None  # it begins anew
+
+
+def test_stages_of_an_earlier_version_are_refused(tmp_path: Path) -> None:
+    stages = [{"name": "all", "parameters": ["Body:ior"]}]
+    (tmp_path / "run.json").write_text(json.dumps(RUN | {"stages": stages}))
+    (tmp_path / "state.json").write_text(json.dumps({"schema": 1, "optimiser": None, "parts": []}))
+    with pytest.raises(BadInput, match=r"of another version.*start the run anew"):
+        checkpoint.load(tmp_path)
 
 
 def test_a_result_of_an_earlier_version_has_the_names_of_this_one() -> None:

@@ -50,17 +50,11 @@ def capture(name: str, lamps: list[str] | None = None) -> Capture:
     return Capture(name, "Camera", "", (SIZE, SIZE), picture, weight, 1.0, lights=lights(lamps))
 
 
-def unknown(owner: str, parameter: str, start: list[float], low: float, high: float) -> dict:
-    return {
-        "owner": owner,
-        "parameter": parameter,
-        "start": start,
-        "minimum": low,
-        "maximum": high,
-    }
+def unknown(owner: str, parameter: str, start: list[float], low: float, high: float) -> Any:  # noqa: ANN401
+    return _core.Unknown(owner, parameter, low, high, start)
 
 
-def fitted(captures: list[Capture], unknowns: list[dict]) -> dict[str, list[float]]:
+def fitted(captures: list[Capture], unknowns: list[Any]) -> dict[str, list[float]]:
     settings = {"iterations": 15, "spp": 16, "threads": 1, "search": "off", "refinement_spp": 64}
     photos = [one.native() for one in captures]
     job = _core.Fit(floor(), photos, unknowns, settings)
@@ -90,25 +84,29 @@ def test_a_gain_is_fitted_or_given() -> None:
 
 
 def test_what_is_wrong_with_them_is_named() -> None:
-    photo = capture("Left").native()
-    unknowns = [unknown("Key", "power", [200], 1, 1000)]
+    def fit(**taken: Any) -> None:  # noqa: ANN401
+        photo = capture("Left").native()
+        given = {"reference": photo.reference, "id": "Left", **taken}
+        _core.Fit(floor(), [_core.Photo("Camera", **given)], [power], {})
+
+    power = unknown("Key", "power", [200], 1, 1000)
     with pytest.raises(
         KeyError, match="Photo 'Left': lamp 'Rim' is not in the scene; lamps: 'Key', "
     ):
-        _core.Fit(floor(), [photo | {"lights": lights(["Rim"])}], unknowns, {})
+        fit(lights=lights(["Rim"]))
     with pytest.raises(ValueError, match="'Key'.*is not a finite number"):
-        there = np.full((4, 4), np.nan)
-        _core.Fit(floor(), [photo | {"lights": lights(Key=(there, None))}], unknowns, {})
+        fit(lights=lights(Key=(np.full((4, 4), np.nan), None)))
     with pytest.raises(
         ValueError, match="key 'lamp' is unknown; the keys are lamps, world, places"
     ):
-        _core.Fit(floor(), [photo | {"lights": {"lamp": ["Key"]}}], unknowns, {})
-    with pytest.raises(ValueError, match="gain has 1 values; it takes 3"):
-        _core.Fit(floor(), [photo | {"gain": [2]}], unknowns, {})
+        fit(lights={"lamp": ["Key"]})
     with pytest.raises(ValueError, match=r"Left:gain = 0 lies outside \[0.001, 1000\]"):
-        _core.Fit(floor(), [photo | {"gain": [1, 0, 1]}], unknowns, {})
+        fit(gain=(1, 0, 1))
+    with pytest.raises(ValueError, match="free_gain = 'all' is not one of none, scalar, rgb"):
+        fit(free_gain="all")
+    power = unknown("Key", "gain", [1, 1, 1], 0.1, 10)
     with pytest.raises(KeyError, match="'Key' is no photo, and 'gain' is a parameter of photos"):
-        _core.Fit(floor(), [photo], [unknown("Key", "gain", [1, 1, 1], 0.1, 10)], {})
+        fit()
 
 
 def picture(scene: Any) -> np.ndarray:  # noqa: ANN401 - a native Scene has no Python type

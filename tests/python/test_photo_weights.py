@@ -110,6 +110,6 @@ def test_the_fit_gets_what_was_read(tmp_path: Path) -> None:
     pixels = picture()
     pixels[..., 0], pixels[..., 2] = 0.75, 0.125
     given = read(write(tmp_path / "photo.exr", pixels)).native()
-    assert (given["id"], given["camera"]) == ("Front", "Front")
-    assert given["frame"] == (pytest.approx(WIDTH / HEIGHT), WIDTH, HEIGHT)
-    assert given["reference"][0, 0] == pytest.approx([0.75, 0.5, 0.125])
+    assert (given.id, given.camera) == ("Front", "Front")
+    assert given.frame == (pytest.approx(WIDTH / HEIGHT), WIDTH, HEIGHT)
+    assert given.reference[0, 0] == pytest.approx([0.75, 0.5, 0.125])

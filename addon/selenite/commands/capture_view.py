@@ -12,7 +12,7 @@ from .. import native
 from ..fit_run.answer.fitted_scene import RESULT
 from ..fit_run.captures.files import read_captures_file
 from ..fit_run.captures.prepared import Capture, read_captures
-from ..fit_run.captures.render import Alignment, alignment_in_file, as_found
+from ..fit_run.captures.render import as_reported
 from ..fit_run.request import read_run
 from ..json_text import read_json
 from ..paths import absolute, is_folder
@@ -23,8 +23,8 @@ from ..scene_read.values import SceneValues
 
 def capture_view(
     args: argparse.Namespace, values: SceneValues, problems: list[Problem]
-) -> tuple[Capture, Alignment] | None:
-    """--capture of --captures, at --height or the photo's own size, and its alignment. --captures
+) -> Capture | None:
+    """--capture of --captures, at --height or the photo's own size. --captures
     may also be the folder of a fit, or its run.json: then gain and alignment are those that the
     fit has found, as they are with --result."""
     for name in ("camera", "width"):
@@ -57,8 +57,7 @@ def capture_view(
     if path.name != "run.json" and getattr(args, "result", None):
         fitted = absolute(args.result) / "run.json"
     try:
-        result = _result_of(fitted)
-        return as_found(found[0], result), alignment_in_file(found[0], result)
+        return as_reported(found[0], _result_of(fitted))
     except ValueError as error:
         cure = "give the folder of a fit that has ended"
         problems.append(Problem(f"File '{fitted.with_name(RESULT)}'", str(error), cure))

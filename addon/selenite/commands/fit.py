@@ -11,14 +11,13 @@ from dataclasses import fields, replace
 from typing import Any
 
 from ..fit_run.answer.results import new_folder, size_of
-from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
+from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, load
 from ..fit_run.inputs import changes, inputs_of
 from ..fit_run.job import DESCENT, FitFailed, FitJob
 from ..fit_run.overall import Overall, time_text
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
-from ..fit_run.staging.job import StagedJob, make_job
 from ..fit_run.staging.request import AUTO, USUAL, StageRequest, stages_by_name
 from ..fit_run.staging.request import PRESETS as STAGE_PRESETS
 from ..fit_run.unknowns import usual_requests
@@ -71,7 +70,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if why := why_not_folder(out, size_of(plan)):
         raise BadInput(Problem(f"Folder '{out}'", why, arguments.OTHER_FOLDER))
     unfinished = unfinished or new_folder(out, SUFFIX)
-    job = make_job(plan, run.parts, run.state)
+    job = FitJob(plan, run.state)
     if resumes:
         say(f"going on after {job.progress().iteration} iterations")
     recorder = Recorder(unfinished, plan.request, run.inputs)
@@ -121,7 +120,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     if args.stages == AUTO:
         plan = _choose_stages(plan, lambda chosen: prepare(values, chosen, packed))
     inputs = inputs_of(values, plan.request, packed)
-    return scene, values, plan, Unfinished(plan.request, [], None, inputs)
+    return scene, values, plan, Unfinished(plan.request, None, inputs)
 
 
 def _choose_stages(plan: FitPlan, plan_of: Callable[[RunRequest], FitPlan]) -> FitPlan:
@@ -144,7 +143,7 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         if name != "threads" and getattr(args, name):
             cause, cure = "the run has its own", "leave it out, or start a new run"
             problems.append(Problem(f"Argument --{name.replace('_', '-')}", cause, cure))
-    run = going_on(load(absolute(args.resume)))
+    run = load(absolute(args.resume))
     request = replace(
         run.request,
         scene=args.scene or run.request.scene,
@@ -166,7 +165,7 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     return scene, values, plan, replace(run, inputs=run.inputs or now)
 
 
-def _fit(job: FitJob | StagedJob, recorder: Recorder, *, resumed: bool) -> dict[str, Any]:
+def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> dict[str, Any]:
     """Runs to the end; Ctrl+C stops and keeps the best values so far. Of a fit that fails before
     its first iteration no folder stays; then raises BadInput, else FitFailed."""
     job.start()
@@ -194,7 +193,7 @@ def _fit(job: FitJob | StagedJob, recorder: Recorder, *, resumed: bool) -> dict[
         say("stopping; the best values so far are kept")
         job.cancel()
     except FitFailed as error:
-        if resumed or any(part["iterations"] for part in job.parts()):
+        if resumed or job.so_far()["iterations"]:
             raise
         recorder.finished()
         said = ValueError(str(error).removeprefix("Iteration 0: "))

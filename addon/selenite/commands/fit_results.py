@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from .. import native
 from ..fit_run.answer.light_pairing import with_warnings
 from ..fit_run.answer.results import (
     finished,
@@ -18,7 +19,7 @@ from ..fit_run.answer.results import (
     summary,
     write_results,
 )
-from ..fit_run.captures.render import alignments_of, gains_of
+from ..fit_run.captures.render import as_found
 from ..fit_run.checkpoint import Recorder
 from ..fit_run.fields import EnvironmentUnknown, ImageUnknown, fitted_grids
 from ..fit_run.job import fitted_values
@@ -94,7 +95,7 @@ def _written(
 ) -> Path | None:
     """The result folder; None where it could not be written."""
     seconds = seconds_of_pictures(plan, result)
-    pictures = result["stopped_because"] != "cancelled" or seconds < _PATIENCE
+    pictures = result["stopped"] != native.core().StopReason.CANCELLED or seconds < _PATIENCE
     if not pictures:
         say(
             f"The pictures are left out: they would take about {seconds / 60:.1f} min. "
@@ -228,11 +229,10 @@ def _check(
     grids = fitted_grids(plan.fields, result["fields_best"])
     try:
         images = _images(plan, folder)
-        gains = gains_of(plan.captures, result)
-        alignments = alignments_of(plan.captures, result)
+        taken = [as_found(item, result) for item in plan.captures]
         values = fitted_values(plan, result)
         environment = next(iter(_environment(plan, folder)), "")
-        job = CheckJob(scene, plan.request, values, grids, images, gains, environment, alignments)
+        job = CheckJob(scene, plan.request, values, grids, images, taken, environment)
         try:
             job.start()
             with bar("Cycles") as shown:

@@ -58,19 +58,23 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     usual = {"depth": args.depth, "threads": args.threads, "frame": frame}
     with refused(*RENDER):  # once, as a fit does, so that no iteration pays for it
         scene = core.decide_aims(scene, camera.name, width, height, parameters=wanted, **usual)
-    view = (scene, camera.name, width, height, args.spp)
+    evaluator = core.Evaluator(
+        scene, depth=args.depth, threads=args.threads, lanes=0 if textured else args.lanes
+    )
+    view = core.Photo(camera.name, size=(width, height), frame=frame)
 
-    def by_texels(seed: int, reference: np.ndarray | None = None) -> Any:  # noqa: ANN401
+    def by_texels(photo: Any, seed: int, loss: str = "mean") -> Any:  # noqa: ANN401 - a native Photo
         with refused(*RENDER):
-            return core.texture_gradient(*view, textured, reference=reference, seed=seed, **usual)
+            return evaluator.gradient(photo, textured, TEXTURE, args.spp, loss=loss, seed=seed)
 
     def render(seed: int) -> Any:  # noqa: ANN401 - a native Film has no Python type
         with refused(*RENDER):
-            return core.render(*view, seed=seed, parameters=wanted, lanes=args.lanes, **usual)
+            return evaluator.picture(view, args.spp, seed=seed, parameters=wanted)
 
-    film, texels = by_texels(args.seed) if textured else (render(args.seed), None)
+    film, texels = by_texels(view, args.seed) if textured else (render(args.seed), None)
+    compared = core.Photo(camera.name, film.image, frame=frame)
     iteration = (
-        (lambda seed: by_texels(seed, film.image))
+        (lambda seed: by_texels(compared, seed, "squared_error"))
         if textured
         else (lambda seed: _squared_error_gradient(render(seed), film.image))
     )

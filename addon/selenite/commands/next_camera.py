@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from ..fit_run.answer.fitted_scene import RESULT
 from ..fit_run.captures.prepared import LEFT_OUT
+from ..fit_run.captures.render import as_reported
 from ..fit_run.old_names import renamed
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.settings import FitSettings, with_overrides
@@ -36,7 +38,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     a result folder: then its fitted values count."""
     problems: list[Problem] = []
     save = arguments.optional_file(args.save, (".blend",), problems)
-    base, fitted, model_error = _asked(absolute(args.scene))
+    base, fitted, model_error, of_fit = _asked(absolute(args.scene))
     settings = FitSettings()
     try:
         settings = with_overrides(base.settings, {name: getattr(args, name) for name in _SETTINGS})
@@ -55,7 +57,10 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         settings=settings,
     )
     try:
-        found = suggestion_of(values, request, packed_photos(), changes, model_error)
+        found = suggestion_of(
+            values, request, packed_photos(), changes, model_error,
+            lambda capture: as_reported(capture, of_fit),
+        )  # fmt: skip
     except BadInput as error:
         problems += error.problems
     arguments.stop_if(problems)
@@ -79,17 +84,19 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     return content
 
 
-def _asked(path: Path) -> tuple[RunRequest, dict[tuple[str, str], Values], ModelError]:
-    """What was asked for, the values that were found, none for a scene, and what they leave
-    unexplained. Raises BadInput."""
+def _asked(
+    path: Path,
+) -> tuple[RunRequest, dict[tuple[str, str], Values], ModelError, Mapping[str, Any]]:
+    """What was asked for, the values that were found, none for a scene, what they leave
+    unexplained, and the report that says so. Raises BadInput."""
     if is_folder(path):
         path = path / "run.json"
     if path.suffix != ".json":
-        return RunRequest(str(path)), {}, EXPLAINED
+        return RunRequest(str(path)), {}, EXPLAINED, {}
     request = read_run(path)
     result = path.with_name(RESULT)
     if not result.is_file():
-        return request, {}, EXPLAINED
+        return request, {}, EXPLAINED, {}
     try:
         content = renamed(read_json(result))
         rows = content["parameters"]
@@ -106,7 +113,7 @@ def _asked(path: Path) -> tuple[RunRequest, dict[tuple[str, str], Values], Model
         title, cause = f"File '{result}'", f"it has no fitted values ({error!r})"
         cure = "give the folder of a fit that has ended, or the scene with --set"
         raise BadInput(Problem(title, cause, cure)) from error
-    return request, found, model_error
+    return request, found, model_error, content
 
 
 def _at(item: UnknownRequest, known: dict[tuple[str, str], Values]) -> UnknownRequest:

@@ -6,14 +6,12 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 from .. import native
 from ..fit_run.answer.fitted_scene import at_result
-from ..fit_run.captures.light_states import AS_IN_SCENE, described
-from ..fit_run.captures.prepared import Capture
-from ..fit_run.captures.render import UNALIGNED, Alignment, shown, shown_noise, under_lights
+from ..fit_run.captures.light_states import described
+from ..fit_run.captures.prepared import UNALIGNED, Capture
 from ..parameters import Values
 from ..paths import absolute
 from ..problems import BadInput, Problem, refused
@@ -33,18 +31,6 @@ from .scene import (
 from .terminal import say
 
 
-@dataclass(frozen=True)
-class View:
-    """What is rendered. capture: the photo that shows it, None for a plain camera."""
-
-    camera: str
-    size: tuple[int, int]
-    frame: tuple[float, int, int]
-    lights: Mapping[str, Any] = field(default_factory=lambda: dict(AS_IN_SCENE))
-    alignment: Alignment = UNALIGNED
-    capture: Capture | None = None
-
-
 def run(args: argparse.Namespace) -> dict[str, Any]:
     """Renders and writes --out (OpenEXR: linear; PNG: sRGB) and --sem, the standard error."""
     problems: list[Problem] = []
@@ -59,56 +45,42 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     values.physical_refraction = args.physical_refraction
     if args.result is not None:
         values, changes = _at_result(args, values, changes, problems)
-    view = None
+    capture, photo = None, None
     if args.captures is not None or args.capture is not None:
-        found = capture_view(args, values, problems)
-        if found is not None:
-            capture, alignment = found
-            height, width = capture.reference.shape[:2]
-            view = View(
-                capture.camera, (width, height), capture.frame, capture.lights, alignment,
-                capture,
-            )  # fmt: skip
+        capture = capture_view(args, values, problems)
     else:
         active = active_camera(scene_in_blender)
         camera = camera_of(values, args.camera, active, problems)
         size = picture_size(camera, args.width, args.height, problems)
         if camera is not None:
-            view = View(camera.name, size, picture_frame(camera, args.width, args.height))
+            frame = picture_frame(camera, args.width, args.height)
+            photo = native.core().Photo(camera.name, size=size, frame=frame)
     scene = native_scene(values.without_shut(changes), changes, problems)
-    if view is None:  # cannot be: native_scene raises the problem that was found
+    if capture is not None:
+        photo = capture.view()
+    if photo is None:  # cannot be: native_scene raises the problem that was found
         raise BadInput(problems)
-    width, height = view.size
+    width, height = photo.size
     say(f"rendering {width} x {height}, {args.spp} samples per pixel")
-    if view.capture is not None:
+    if capture is not None:
         say(
-            f"photo {view.capture.id}: camera '{view.camera}', {described(view.lights)}, "
-            f"{_gain(view.capture)}{_shift(view)}"
+            f"photo {capture.id}: camera '{capture.camera}', {described(capture.lights)}, "
+            f"{_gain(capture)}{_shift(capture)}"
         )
     with refused(*RENDER):
-        film = native.core().render(
-            under_lights(scene, view.lights),
-            view.camera,
-            width,
-            height,
-            args.spp,
-            seed=args.seed,
-            depth=args.depth,
-            threads=args.threads,
-            lanes=args.lanes,
-            frame=view.frame,
-            alignment=view.alignment,
+        film = (
+            native.core()
+            .Evaluator(scene, depth=args.depth, threads=args.threads, lanes=args.lanes)
+            .picture(photo, args.spp, seed=args.seed)
         )
     picture, deviation = film.image, film.standard_error
-    if view.capture is not None:
-        picture, deviation = shown(picture, view.capture), shown_noise(deviation, view.capture)
     image = native.image()
     (image.write_exr if out.suffix.lower() == ".exr" else image.write_png)(str(out), picture)
     if sem is not None:
         image.write_exr(str(sem), deviation)
     say(f"wrote {out} in {film.seconds:.1f} s")
     report = {
-        "camera": view.camera,
+        "camera": photo.camera,
         "width": width,
         "height": height,
         "spp": film.spp,
@@ -120,10 +92,10 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "seconds": film.seconds,
         "cpu_seconds": film.cpu_seconds,
     }
-    if view.capture is not None:
+    if capture is not None:
         report |= {
-            "capture": view.capture.id, "gain": list(view.capture.gain),
-            "lights": described(view.lights), "alignment": list(view.alignment),
+            "capture": capture.id, "gain": list(capture.gain),
+            "lights": described(capture.lights), "alignment": list(capture.alignment),
         }  # fmt: skip
     return report
 
@@ -151,8 +123,8 @@ def _gain(capture: Capture) -> str:
     return f"gain {numbers}" if len(set(capture.gain)) == 1 else f"gain {capture.gain}"
 
 
-def _shift(view: View) -> str:
-    if view.alignment == UNALIGNED:
+def _shift(capture: Capture) -> str:
+    if capture.alignment == UNALIGNED:
         return ""
-    across, down, roll = view.alignment
+    across, down, roll = capture.alignment
     return f", moved by {across:.2f} and {down:.2f} pixels, rolled by {math.degrees(roll):.2f} deg"

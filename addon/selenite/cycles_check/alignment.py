@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A camera in a copy of the file, shifted and rolled as a fit has aligned a photo.
 
-Source of the signs: native/fit/objective/alignment.cpp, which does the same natively.
+Source of the signs: native/fit/photo/camera_alignment.cpp, which does the same natively.
 """
 
 from __future__ import annotations
@@ -13,20 +13,20 @@ from typing import Any
 import bpy
 import mathutils
 
-from ..fit_run.captures.prepared import Capture
-from ..fit_run.captures.render import UNALIGNED, Alignment
+from ..fit_run.captures.prepared import UNALIGNED, Capture
 from ..scene_read.camera import named_cameras
 from ..scene_read.reading.render_depsgraph import view_layer_of
 
 
-def moved_window(capture: Capture, alignment: Alignment) -> tuple[float, float, float, float]:
+def moved_window(capture: Capture) -> tuple[float, float, float, float]:
     """What the photo shows of what its camera takes (left, top, right, bottom; see Capture), moved
-    by the alignment's pixels. Some of it may lie outside of [0, 1]."""
-    if alignment == UNALIGNED:
+    by its alignment. Some of it may lie outside of [0, 1]."""
+    if capture.alignment == UNALIGNED:
         return capture.window
     left, top, right, bottom = capture.window
     height, width = capture.reference.shape[:2]
-    x, y = alignment[0] / width * (right - left), alignment[1] / height * (bottom - top)
+    across, down, _ = capture.alignment
+    x, y = across / width * (right - left), down / height * (bottom - top)
     return (left + x, top + y, right + x, bottom + y)
 
 

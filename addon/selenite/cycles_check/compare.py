@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..fit_run.captures.prepared import Capture
-from ..fit_run.captures.render import shown, shown_noise
+from ..fit_run.captures.render import shown
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Estimate:
 
     def shown(self, capture: Capture) -> Estimate:
         """As a photo shows it."""
-        deviation = shown_noise(np.sqrt(self.variance), capture)
+        deviation = shown(np.sqrt(self.variance), capture)
         return Estimate(shown(self.mean, capture), deviation**2)
 
     @staticmethod

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ import bpy
 
 from .. import grid_files, parameters
 from ..atomic_files import write_json
-from ..fit_run.captures.render import Alignment, Gain
+from ..fit_run.captures.prepared import Capture
 from ..fit_run.request import RunRequest
 from ..parameters import Values
 from ..scene_read.blender_process import BlenderProcess
@@ -37,16 +37,16 @@ class CheckJob(BlenderProcess):
         values: Mapping[tuple[str, str], Values],
         grids: Mapping[str, Mapping[str, GridValues]] | None = None,
         images: Mapping[str, str] | None = None,
-        gains: Mapping[str, Gain] | None = None,
+        taken: Sequence[Capture] = (),
         environment: str = "",
-        alignments: Mapping[str, Alignment] | None = None,
     ) -> None:
         """Saves the copy; the scene may change afterwards. Raises BadInput.
 
         request: what was fitted, with its captures. values: what is written back into the copy;
         grids: what Volume objects show there, material -> use -> grid. images: files that base
-        colours have there, by material. gains, alignments: of photos, by id, where a fit has found
-        them. environment: the file of the world's image there, "" for the scene's own.
+        colours have there, by material. taken: captures with what a fit has found of them, see
+        `captures.render.as_found`. environment: the file of the world's image there, "" for the
+        scene's own.
         """
         super().__init__(_MODULE, "selenite-check-")
         try:
@@ -57,8 +57,9 @@ class CheckJob(BlenderProcess):
                 "values": {parameters.join_name(*key): value for key, value in values.items()},
                 "grids": self._keep_grids(grids or {}),
                 "images": dict(images or {}),
-                "gains": dict(gains or {}),
-                "alignments": dict(alignments or {}),
+                "taken": {
+                    item.id: {"gain": item.gain, "alignment": item.alignment} for item in taken
+                },
                 "environment": environment,
             })  # fmt: skip
         except BaseException:

@@ -25,8 +25,7 @@ def run(
     from selenite import parameters, write_back
     from selenite.cycles_check import render_settings
     from selenite.cycles_check.alignment import moved_window
-    from selenite.fit_run.captures.prepared import read_captures
-    from selenite.fit_run.captures.render import UNALIGNED
+    from selenite.fit_run.captures.prepared import UNALIGNED, read_captures
     from selenite.fit_run.fields import with_grids
     from selenite.fit_run.photos.window import WHOLE, cropped_camera
     from selenite.fit_run.pictures import sheet
@@ -66,8 +65,11 @@ def run(
     )
     if problems:
         raise BadInput(problems)
-    gains = request["gains"]
-    captures = [replace(one, gain=tuple(gains.get(one.id, one.gain))) for one in captures]
+    taken = request["taken"]  # by photo: gain and alignment that a fit has found
+    captures = [
+        replace(one, **{name: tuple(found) for name, found in taken.get(one.id, {}).items()})
+        for one in captures
+    ]
     remarks = render_settings.remarks(scene, render_settings.contents_of(scene))
     grids = _grids(folder, request["grids"])
     # Selenite renders the grids inside their meshes, as they were fitted, Cycles Volume objects.
@@ -77,10 +79,9 @@ def run(
     cameras = {camera.name: camera for camera in read.cameras}
     # Where one photo is cropped or aligned, each sets the lens of its camera.
     lenses: dict[str, Any] = {item.id: item.camera for item in captures}
-    alignments = {name: tuple(found) for name, found in request["alignments"].items()}
-    if alignments or any(item.window != WHOLE for item in captures):
+    if any(item.alignment != UNALIGNED or item.window != WHOLE for item in captures):
         for item in captures:
-            window = moved_window(item, alignments.get(item.id, UNALIGNED))
+            window = moved_window(item)
             lenses[item.id] = cropped_camera(cameras[item.camera], item.aspect, window)
     stems = file_stems(item.id for item in captures)
     rows, pictures = {}, {}
@@ -98,7 +99,6 @@ def run(
             stems[capture.id],
             lenses[capture.id],
             pixel_aspect,
-            alignments.get(capture.id, UNALIGNED),
             wanted.settings,
             samples,
             note_part,
@@ -143,7 +143,6 @@ def _check(
     stem: str,
     camera: Any,
     pixel_aspect: float,
-    alignment: Any,
     settings: Any,
     samples: int,
     note: Callable[[str, float], None],
@@ -156,24 +155,15 @@ def _check(
     from selenite.cycles_check.compare import Estimate, misfit
     from selenite.cycles_check.light_state import under_lights
     from selenite.cycles_check.render import estimate
-    from selenite.fit_run.captures.render import under_its_lights
+    from selenite.fit_run.captures.render import evaluator
 
     height, width = capture.reference.shape[:2]
     note("Selenite's picture", 0.0)
-    film = native.core().render(
-        under_its_lights(native_scene, capture),
-        capture.camera,
-        width,
-        height,
-        samples * SEEDS,
-        seed=settings.seed,
-        depth=settings.depth,
-        threads=settings.threads,
-        frame=capture.frame_of_render,
-        alignment=alignment,
+    film = evaluator(native_scene, settings).picture(
+        capture.view(of_file=False), samples * SEEDS, seed=settings.seed
     )
     ours, photo = Estimate.of_film(film), Estimate.exact(capture.reference)
-    with under_lights(scene, capture.lights), rolled(scene, capture.camera, alignment[2]):
+    with under_lights(scene, capture.lights), rolled(scene, capture.camera, capture.alignment[2]):
         cycles = estimate(
             scene,
             camera,
@@ -184,7 +174,7 @@ def _check(
             lambda fraction: note("Cycles' picture", 0.2 + 0.8 * fraction),
             pixel_aspect,
         )
-    ours, cycles = (one.shown(capture) for one in (ours, cycles))
+    cycles = cycles.shown(capture)
     counted = (capture.weight > 0)[..., None]
     against_ours = cycles.mean - ours.mean
     against_photo = (cycles.mean - photo.mean) * counted

@@ -1,75 +1,50 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A run that is not finished, on disk: what it has found so far, and how it goes on.
+"""A run that is not finished, on disk: how it goes on.
 
 The folder `<date>_<time>.unfinished` holds run.json (the request), inputs.json (digests of what it
-was given), state.json (every iteration of every stage, and the best values), with grids one file of
-them, and now and then the whole state of the native fit, from which it goes on to the same bits.
-Each file is replaced as a whole.
+was given) and, now and then, the whole state of the native fit, from which it goes on to the same
+bits, with state.json that names it. Each file is replaced as a whole.
 """
 
 from __future__ import annotations
 
-import io
 import math
 import shutil
-import struct
 import time
-import tokenize
-import zipfile
-import zlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from .. import __version__
 from ..atomic_files import write_bytes, write_json
 from ..json_text import read_json
-from ..parameters import join_name
 from ..paths import MISSING, is_folder, is_there, why_not_file
 from ..problems import BadInput, Problem
 from .answer.fitted_scene import RESULT
 from .inputs import Inputs
-from .job import SavedState
-from .old_names import renamed
+from .job import FitJob, SavedState
 from .request import RunRequest, read_run
-from .staging.request import StageRequest
 
-SCHEMA = 1
+SCHEMA, _OF_PARTS = 2, 1
 SUFFIX = ".unfinished"
 INPUTS = "inputs.json"
+_STATE = "state.json"
 _LARGEST_STATE = 1 << 30  # bytes
-#: What reading a file raises that is not what it should be; an archive packed in a way that zipfile
-#: lacks is NotImplementedError.
+#: What reading a file raises that is not what it should be.
 UNREADABLE = (
     OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError,
-    RecursionError, MemoryError, NotImplementedError, SyntaxError, struct.error,
-    tokenize.TokenError, zipfile.BadZipFile, zlib.error,
+    RecursionError, MemoryError,
 )  # fmt: skip
 #: Seconds between two updates, between two whole states, and how often the time that one took fits
 #: between it and the next: at most so small a share of a run goes into its record.
 _EVERY, _STATE_EVERY, _TIMES = 2.0, 15.0, 30.0
-#: A part that goes on has at least so many iterations, to learn anew what the optimiser knew.
-_FEWEST = 10
-_PART = ", part "
-_SCALARS = (
-    "iterations", "best_iteration", "best_validation", "best_validation_standard_error", "samples",
-    "seconds", "cpu_seconds", "dropped", "stopped_because", "optimiser",
-)  # fmt: skip
-_WORDS = ("stopped_because", "optimiser")
-
-Parts = Sequence[Mapping[str, Any]]  # native results, one for each stage that has begun
 
 
 @dataclass(frozen=True)
 class Unfinished:
-    """A run on disk. parts: native results of the stages that had begun; state: the whole state of
-    the newest of them, inputs: what it was given, where these are known."""
+    """A run on disk. state: None before its first; inputs: what it was given, where it is known."""
 
     request: RunRequest
-    parts: list[dict[str, Any]]
     state: SavedState | None = None
     inputs: Inputs | None = None
 
@@ -86,8 +61,7 @@ class Recorder:
         self._begun = False
         self._troubles: list[str] = []
         self._next = self._next_state = 0.0
-        self._seen: tuple[int, int] = (0, -1)
-        self._state: dict[str, Any] | None = None
+        self._number = 0  # of the newest state
         try:
             self._begin()
         except OSError as error:
@@ -102,8 +76,8 @@ class Recorder:
         """Whether `update` writes: at most every two seconds, less often where that takes long."""
         return time.monotonic() >= self._next
 
-    def update(self, job: Any, *, now: bool = False) -> None:  # noqa: ANN401 - FitJob or StagedJob
-        """Writes what `job.parts()` has found, if that is due or `now`."""
+    def update(self, job: FitJob, *, now: bool = False) -> None:
+        """Writes the state that was asked for, if that is due or `now`, and asks for the next."""
         if not now and not self.is_due:
             return
         begin = time.monotonic()
@@ -114,7 +88,6 @@ class Recorder:
             self.trouble = ""
         except OSError as error:
             self._note(error)
-            self._seen = (0, -1)
             job.request_state()  # the one that was to be written is lost
         took = time.monotonic() - begin
         self._next = time.monotonic() + max(_EVERY, _TIMES * took)
@@ -135,24 +108,26 @@ class Recorder:
             write_json(self.folder / INPUTS, self._inputs.as_json())
         self._begun = True
 
-    def _update(self, job: Any) -> None:  # noqa: ANN401 - FitJob or StagedJob
+    def _update(self, job: FitJob) -> None:
+        done = job.done()
+        if not done.running:
+            job.request_state()
         data = job.take_state()
-        parts = job.parts()
         if data is not None:
-            self._write_state(data, parts)
-        seen = (len(parts), int(parts[-1]["iterations"]))
-        if seen != self._seen or data is not None:
-            save(self.folder, parts, self._state)
-            self._seen = seen
-        if time.monotonic() >= self._next_state:
+            self._write(data, {"iterations": done.iterations, "seconds": done.seconds})
+        if done.running and time.monotonic() >= self._next_state:
             job.request_state()
 
-    def _write_state(self, data: bytes, parts: Parts) -> None:
+    def _write(self, data: bytes, done: Mapping[str, float]) -> None:
         begin = time.monotonic()
-        number = len(parts)
-        name = f"optimiser_{number}.state"
+        self._number += 1
+        name = f"fit_{self._number}.state"
         write_bytes(self.folder / name, data)
-        self._state = {"file": name, "part": number, "seconds": float(parts[-1]["seconds"])}
+        about = {"schema": SCHEMA, "selenite": __version__, "file": name, **done}
+        write_json(self.folder / _STATE, about)
+        for path in self.folder.glob("*.state"):
+            if path.name != name:
+                path.unlink()
         took = time.monotonic() - begin
         self._next_state = time.monotonic() + max(_STATE_EVERY, _TIMES * took)
 
@@ -166,38 +141,8 @@ class Recorder:
             self._troubles.append(self.trouble)
 
 
-def save(folder: Path, parts: Parts, optimiser: Mapping[str, Any] | None = None) -> None:
-    """state.json, and the grids in a file that it names. Raises OSError.
-
-    optimiser: {"file", "part" (its number), "seconds"} of the whole state that is there.
-    """
-    grids = {
-        f"{index}|{which}|{name}": grid
-        for index, part in enumerate(parts)
-        for which in ("fields_best", "fields_last")
-        for name, grid in part[which].items()
-    }
-    old = {*folder.glob("grids_*.npz"), *folder.glob("optimiser_*.state")}
-    file = None
-    if grids:
-        packed = io.BytesIO()
-        np.savez(packed, **grids)
-        file = f"grids_{len(parts)}_{parts[-1]['iterations']}.npz"
-        write_bytes(folder / file, packed.getvalue())
-    state = {
-        "schema": SCHEMA,
-        "selenite": __version__,
-        "grids": file,
-        "optimiser": optimiser,
-        "parts": [_part_json(part) for part in parts],
-    }
-    write_json(folder / "state.json", state)
-    for path in old - {folder / str(file), folder / (optimiser or {}).get("file", "-")}:
-        path.unlink()
-
-
 def load(folder: Path) -> Unfinished:
-    """What was asked for, and what was found so far. Raises BadInput."""
+    """What was asked for, and how far it has come. Raises BadInput."""
     title = f"Folder '{folder}'"
     if not is_folder(folder):
         cause = "it is a file" if is_there(folder) else MISSING
@@ -208,31 +153,36 @@ def load(folder: Path) -> Unfinished:
     request = read_run(folder / "run.json")
     try:
         inputs = _inputs(folder)
-        if not (folder / "state.json").exists():
-            return Unfinished(request, [], None, inputs)  # stopped before its first iteration
-        state = renamed(read_json(folder / "state.json", _LARGEST_STATE))
-        if state.get("schema") != SCHEMA:
-            raise ValueError(f"its schema is {state.get('schema')!r}")
-        parts = [_part(item) for item in state["parts"]]
-        if state["grids"]:
-            with (
-                _own_file(folder, state["grids"]).open("rb") as file,  # closed if it is no archive
-                np.load(file, allow_pickle=False) as grids,
-            ):
-                for key in grids.files:
-                    index, which, name = key.split("|", 2)
-                    parts[int(index)][which][name] = grids[key]
-        saved = _optimiser(folder, state.get("optimiser"), len(parts))
+        if not (folder / _STATE).exists():
+            return Unfinished(request, None, inputs)  # stopped before its first state
+        state = _state(folder, request)
     except UNREADABLE as error:
         cause = f"its state cannot be read ({error})"
         raise BadInput(Problem(title, cause, "start the run anew with its run.json")) from error
-    return Unfinished(request, parts, saved, inputs)
+    return Unfinished(request, state, inputs)
 
 
 def _inputs(folder: Path) -> Inputs | None:
     """None of a run of an earlier version. Raises ValueError."""
     path = folder / INPUTS
     return Inputs.from_json(read_json(path)) if path.exists() else None
+
+
+def _state(folder: Path, request: RunRequest) -> SavedState | None:
+    """Of this version, or of one whose states had the results of stages in JSON: None where the
+    first state of its fit was not yet there. Raises ValueError."""
+    about = read_json(folder / _STATE, _LARGEST_STATE)
+    if about.get("schema") == _OF_PARTS and not request.stages:
+        about = about["optimiser"]
+        if about is None:
+            return None
+    elif about.get("schema") != SCHEMA:
+        raise ValueError(f"its schema is {about.get('schema')!r}, of another version")
+    path = _own_file(folder, about["file"])
+    seconds = float(about["seconds"])
+    if not math.isfinite(seconds) or seconds < 0:
+        raise ValueError(f"its 'seconds' is {seconds!r}")
+    return SavedState(str(path), path.read_bytes(), seconds)
 
 
 def _own_file(folder: Path, name: object) -> Path:
@@ -242,105 +192,3 @@ def _own_file(folder: Path, name: object) -> Path:
     if why := why_not_file(folder / name):
         raise ValueError(f"file '{name}': {why}")
     return folder / name
-
-
-def going_on(run: Unfinished) -> Unfinished:
-    """The run as it is to go on: results of the stages that are done, and the state of the next.
-
-    With a state the request stays as it is. Without one, a stage that was interrupted becomes two:
-    what was done of it, and what is left; and a run without stages becomes one stage.
-    """
-    request, parts = run.request, run.parts
-    names = tuple(join_name(item.owner, item.parameter) for item in request.unknowns)
-    stages = request.stages or (StageRequest("everything", names),)
-    parts = [part for part in parts if part["iterations"]]
-    if len(parts) > len(stages):
-        cause = f"its state has {len(parts)} stages, its run.json {len(stages)}"
-        cure = "delete its state.json: the run then begins anew"
-        raise BadInput(Problem("Run", cause, cure))
-    if not parts:
-        return Unfinished(request, [], None, run.inputs)
-    last = len(parts) - 1
-    stage, part = stages[last], parts[-1]
-    wanted = request.settings.iterations if stage.iterations is None else stage.iterations
-    done = int(part["iterations"])
-    ended = part["stopped_because"] not in ("", "cancelled")
-    # At the last iteration its refinement may be left; beyond it run.json asks for less by now.
-    if not ended and run.state is not None and done <= wanted:
-        return Unfinished(request, parts[:-1], run.state, run.inputs)
-    if not ended and done >= wanted:
-        parts[-1] = part | {"stopped_because": "all iterations done"}
-    elif not ended:
-        parts[-1] = part | {"stopped_because": "interrupted"}
-        taken = {item.name for item in stages}
-        first, number = stage.name.partition(_PART)[0], 2
-        while (name := f"{first}{_PART}{number}") in taken:
-            number += 1
-        left = replace(stage, name=name, iterations=max(wanted - done, _FEWEST))
-        stages = (*stages[:last], replace(stage, iterations=done), left, *stages[last + 1 :])
-    return Unfinished(replace(request, stages=stages), parts, None, run.inputs)
-
-
-def _optimiser(folder: Path, about: Mapping[str, Any] | None, parts: int) -> SavedState | None:
-    """The whole state of the newest part; None if there is none of it."""
-    if about is None or about["part"] != parts or not (folder / str(about["file"])).exists():
-        return None
-    path = _own_file(folder, about["file"])
-    return SavedState(str(path), path.read_bytes(), float(about["seconds"]))
-
-
-def _part_json(part: Mapping[str, Any]) -> dict[str, Any]:
-    history = part["history"]
-    return {
-        **{key: _plain(part[key]) for key in _SCALARS},
-        "values_best": {key: _plain(value) for key, value in part["values_best"].items()},
-        "values_last": {key: _plain(value) for key, value in part["values_last"].items()},
-        "search": _plain(part.get("search")),
-        "report": _plain(part.get("report")),
-        "history": {
-            key: {name: _plain(item) for name, item in value.items()}
-            if isinstance(value, Mapping)
-            else _plain(value)
-            for key, value in history.items()
-        },
-    }
-
-
-def _part(item: Mapping[str, Any]) -> dict[str, Any]:
-    history: dict[str, Any] = {}
-    for key, value in item["history"].items():
-        if isinstance(value, dict):
-            history[key] = {name: np.asarray(column, float) for name, column in value.items()}
-        else:
-            history[key] = np.asarray(value, int if key == "iteration" else float)
-    scalars = {key: math.nan if item[key] is None else item[key] for key in _SCALARS}
-    for key, value in scalars.items():
-        if isinstance(value, bool) or not isinstance(value, str if key in _WORDS else (int, float)):
-            raise ValueError(f"its '{key}' is {value!r}")
-    for key in ("search", "report"):
-        if not isinstance(item.get(key), (dict, type(None))):
-            raise ValueError(f"its '{key}' is {item[key]!r}")
-    return {
-        **scalars,
-        "error": "",
-        "values_best": dict(item["values_best"]),
-        "values_last": dict(item["values_last"]),
-        "search": item.get("search"),
-        "report": item.get("report"),
-        "fields_best": {},
-        "fields_last": {},
-        "history": history,
-    }
-
-
-def _plain(value: Any) -> Any:  # noqa: ANN401 - numbers, words, arrays and lists of them
-    """For JSON: lists for arrays, null for what is not a number."""
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import native
 from . import trust
 from .unlit import light_in_the_dark
 from .views import View, blurred, eroded
@@ -149,7 +150,7 @@ def loss_flat(history: History) -> list[str]:
 def still_falling(result: dict[str, Any]) -> list[str]:
     """Of a fit at its end, by its result: a loss that the last iterations still brought down,
     beyond noise. Where the photos are explained nothing is left to gain."""
-    if result.get("stopped_because") != "all iterations done" or trust.explained(result):
+    if result["stopped"] != native.core().StopReason.ITERATIONS or trust.explained(result):
         return []
     history = result["history"]
     iteration, loss, error = _losses(history)

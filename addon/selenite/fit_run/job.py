@@ -41,6 +41,7 @@ class Progress:
     loss: float
     seconds: float
     seconds_left: float
+    stopped: Any  # a native StopReason
     stopped_because: str
     values: dict[str, list[float]]
     phase: str = DESCENT
@@ -59,6 +60,15 @@ class Progress:
 
 
 @dataclass(frozen=True)
+class Done:
+    """iterations: of all stages."""
+
+    running: bool
+    iterations: int
+    seconds: float
+
+
+@dataclass(frozen=True)
 class SavedState:
     """The whole state of a native fit: file name, content, and the seconds it had taken."""
 
@@ -71,39 +81,28 @@ class FitJob:
     """Start, poll, cancel, join, result. The caller joins before it drops the job."""
 
     def __init__(
-        self,
-        plan: FitPlan,
-        *,
-        from_start: bool = True,
-        to_end: bool = True,
-        state: SavedState | None = None,
+        self, plan: FitPlan, state: SavedState | None = None, *, refined: bool = True
     ) -> None:
-        """Validates natively and starts nothing. Raises BadInput.
+        """Validates natively, every stage too, and starts nothing. Raises BadInput.
 
-        `from_start`: False for a stage that goes on where another one ended, without multi-start.
-        `to_end`: False for one that others follow: its values need no refinement.
-        `state`: of a fit with this plan, which goes on as that one would have done.
+        `state`: of a fit with this plan, which goes on as that one would have done. `refined`:
+        False where the values need no intervals.
         """
         self.plan = plan
-        self._from_start = from_start
         self._notes: tuple[str, ...] = ()
         self._next_diagnosis = 0.0  # by the clock
         self._diagnosing: threading.Thread | None = None
-        settings = plan.request.settings.native()
-        if not from_start:
-            settings["search"] = "off"
-        if not to_end:
-            settings["refinement"] = "off"
+        unknowns = [item.native() for item in plan.unknowns]
+        unknowns += [item.native() for item in plan.fields]
         try:
-            self._fit = native.core().Fit(
-                plan.scene,
-                [capture.native() for capture in plan.captures],
-                [
-                    *(unknown.native() for unknown in plan.unknowns),
-                    *(field.native() for field in plan.fields),
-                ],
-                settings,
-            )
+            if plan.stages:
+                stages = [stage.native() for stage in plan.stages]
+                self._fit = native.core().Fit(unknowns, stages=stages)
+            else:
+                photos = [capture.native() for capture in plan.captures]
+                settings = plan.request.settings.native()
+                settings |= {} if refined else {"refinement": "off"}
+                self._fit = native.core().Fit(plan.scene, photos, unknowns, settings)
         except (ValueError, KeyError) as error:
             cure = "change the settings or the bounds"
             raise BadInput(problems_of(error, "Fit", cure)) from error
@@ -114,7 +113,7 @@ class FitJob:
         try:
             self._fit.restore(state.data, state.seconds)
         except ValueError as error:
-            cure = "delete it: the run then goes on from its best values"
+            cure = "delete its folder, and start the run anew with its run.json"
             raise BadInput(Problem(f"File '{state.name}'", _text(error), cure)) from error
 
     def start(self) -> None:
@@ -129,10 +128,17 @@ class FitJob:
         if state["running"] and time.monotonic() >= self._next_diagnosis:
             self._diagnose()
             self._next_diagnosis = time.monotonic() + _DIAGNOSE_EVERY
+        stage = ""
+        if self.plan.stages:
+            name = self.plan.stages[state["stage"]].request.name
+            stage = f"{state['stage'] + 1} of {len(self.plan.stages)}: {name}"
         return Progress(
             running=state["running"],
             iteration=state["iteration"],
-            own_iteration=state["iteration"],
+            own_iteration=state["own_iteration"],
+            stage=stage,
+            stage_index=state["stage"],
+            stopped=state["stopped"],
             iterations=state["iterations"],
             loss=state["loss"],
             seconds=state["seconds"],
@@ -171,26 +177,36 @@ class FitJob:
 
     def notes(self) -> tuple[str, ...]:
         """What is wrong now, in sentences: see `diagnosis`. Takes some milliseconds."""
+        plan = self.plan
+        captures, fitted = plan.captures, {item.name for item in plan.unknowns}
+        index = self._fit.state()["stage"]
+        if plan.stages:
+            captures = plan.stages[index].captures
+            fitted &= set(plan.stages[index].request.parameters)
         views = []
-        for index, capture in enumerate(self.plan.captures):
-            picture = self._fit.preview(index)
-            if picture is not None:
-                seen = View(capture.id, capture.reference, capture.weight, picture)
-                views.append(seen)
+        for number, capture in enumerate(captures):
+            picture = self._fit.preview(number)
+            if picture is not None and picture.shape == capture.reference.shape:
+                views.append(View(capture.id, capture.reference, capture.weight, picture))
         limits = [
             Limits(item.name, item.minimum, item.maximum, item.by_ratio, item.range_ends)
-            for item in self.plan.unknowns
+            for item in plan.unknowns
+            if item.name in fitted
         ]
         result = self.so_far()
         return diagnose(
-            result["history"], limits, views, from_start=self._from_start,
+            self._fit.history(of_stage=True), limits, views, from_start=index == 0,
             sure=trust.sure(result), running=self._fit.state()["running"],
-            transmits=self.plan.transmits, explained=trust.explained(result),
-            opaque=self.plan.opaque,
+            transmits=plan.transmits, explained=trust.explained(result), opaque=plan.opaque,
         )  # fmt: skip
 
+    def done(self) -> Done:
+        """How far it has come; of a fit that has failed too."""
+        state = self._fit.state()
+        return Done(state["running"], state["iteration"], state["seconds"])
+
     def request_state(self) -> None:
-        """Asks for the whole state after the iteration that runs."""
+        """Asks for the whole state after the iteration that runs, or of a fit that has ended."""
         self._fit.request_state()
 
     def take_state(self) -> bytes | None:
@@ -211,10 +227,6 @@ class FitJob:
         `so_far`."""
         found: np.ndarray | None = self.so_far()["fields_last"].get(name)
         return found
-
-    def parts(self) -> list[dict[str, Any]]:
-        """As StagedJob: the results so far, stage by stage."""
-        return [self.so_far()]
 
     def result(self) -> dict[str, Any]:
         """After the end: the native result, and the key `notes`. Raises FitFailed."""

@@ -43,7 +43,7 @@ class Shown:
 
 
 class Overall:
-    """Fed with the Progress of a FitJob or a StagedJob."""
+    """Fed with the Progress of a FitJob."""
 
     def __init__(self, plan: FitPlan) -> None:
         self._weights = _weights(plan)

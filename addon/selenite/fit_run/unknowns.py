@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .. import parameters
+from .. import native, parameters
 from ..parameters import Parameter, Values
 from ..problems import Problem, choice, listed
 from ..scene_read.values import Owner, SceneValues
@@ -49,16 +49,12 @@ class Unknown:
         ends["maximum"] = self.maximum >= self.parameter.upper
         return frozenset(side for side, is_end in ends.items() if is_end)
 
-    def native(self) -> dict[str, Any]:
-        """What the native Fit takes."""
-        return {
-            "owner": self.owner,
-            "parameter": self.parameter.name,
-            "start": list(self.start),
-            "minimum": self.minimum,
-            "maximum": self.maximum,
-            "learning_rate": self.learning_rate,
-        }
+    def native(self) -> Any:  # noqa: ANN401 - a native Unknown
+        """What the native module takes."""
+        return native.core().Unknown(
+            self.owner, self.parameter.name, self.minimum, self.maximum, list(self.start),
+            self.learning_rate,
+        )  # fmt: skip
 
 
 def labels(unknowns: Sequence[Unknown]) -> dict[str, str]:

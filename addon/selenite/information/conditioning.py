@@ -95,7 +95,7 @@ class StageChoice:
 def _search(plan: FitPlan) -> FitJob | None:
     """The fit of everything that the stage "search" will be; None where it has no multi-start."""
     settings = replace(plan.request.settings, iterations=_SEARCH_ITERATIONS)
-    job = FitJob(replace(plan, request=replace(plan.request, settings=settings)), to_end=False)
+    job = FitJob(replace(plan, request=replace(plan.request, settings=settings)), refined=False)
     return job if job.progress().phase == MULTI_START else None
 
 

@@ -14,7 +14,7 @@ from .. import native
 from ..fit_run import cost
 from ..fit_run.captures.light_states import most_common
 from ..fit_run.captures.prepared import Capture
-from ..fit_run.captures.render import rendered, under_its_lights, under_lights
+from ..fit_run.captures.render import evaluator
 from ..fit_run.photos.window import WHOLE
 from ..fit_run.plan import FitPlan
 from ..fit_run.settings import FitSettings
@@ -65,10 +65,8 @@ class PhotoInformation:
         self.plan = plan
         self._model_error = model_error
         self._scene = scene
-        self._asked = [
-            (item.owner, item.parameter.name, list(item.start), item.minimum, item.maximum)
-            for item in plan.unknowns
-        ]
+        self._evaluator = evaluator(scene, plan.request.settings)
+        self._asked = [item.native() for item in plan.unknowns]
         found = native.core().reparametrization(scene, self._asked)
         #: Of the components, in the order of the unknowns: "Body:base_color[0]".
         self.names: list[str] = list(found["names"])
@@ -128,31 +126,23 @@ class PhotoInformation:
         return found, fisher.determined(found, self.ranges)
 
     def _at_photo(self, capture: Capture, spp: int, number: int) -> Seen:
-        """Passes of other numbers have other random numbers. What the photo shows is compared
-        before its gain."""
-        counts = capture.weight[..., None]
-        planes = np.dstack([capture.reference * counts, counts]).astype(np.float32)
-        size = _size_of(capture)
-        small = native.image().resize(np.ascontiguousarray(planes), *size)
-        weight = np.maximum(small[..., 3], 0.0)
-        picture = small[..., :3] / np.maximum(weight, 1e-6)[..., None]
-        picture = rendered(picture, capture)
-        scene = under_its_lights(self._scene, capture)
-        seen = self._at(scene, capture.camera, size, capture.frame, spp, number)
-        return Seen(seen, picture if capture.photo else None, weight)
+        """Passes of other numbers have other random numbers."""
+        small = capture.small(_size_of(capture))
+        seen = self._at(small.view(), spp, number)
+        return Seen(seen, small.reference if capture.photo else None, small.weight)
 
     def at_place(self, camera: str, spp: int, number: int) -> Seen:
         """From where there is no photo: all pixels count, size and shape are those of the first
         photo, without its crop, and the lights are `usual_lights`. Raises as `at_photos`."""
         first = self.plan.captures[0]
-        scene = under_lights(self._scene, self.usual_lights)
         size, frame = _size_of(first), first.frame
         if first.window != WHOLE:
             rows = math.sqrt(size[0] * size[1] / first.aspect)
             size = max(1, round(rows * first.aspect)), max(1, round(rows))
             frame = (first.aspect, 0, 0)
+        photo = native.core().Photo(camera, size=size, frame=frame, lights=self.usual_lights)
         weight = np.ones(size[::-1], np.float32)
-        return Seen(self._at(scene, camera, size, frame, spp, number), None, weight)
+        return Seen(self._at(photo, spp, number), None, weight)
 
     def noise(self, settings: FitSettings) -> Noise:
         """After `at_photos`: of a fit with these settings; photos to come are compared at the size
@@ -170,30 +160,15 @@ class PhotoInformation:
         low, high = RELATIVE
         if not capture.photo:
             return low**2
-        settings = self.plan.request.settings
-        reference = rendered(capture.reference, capture)
-        found = native.core().photo_misfit(
-            under_its_lights(self._scene, capture), capture.camera, reference, capture.weight,
-            _RESIDUAL_SPP, seed=_SEED + 8 * settings.seed, depth=settings.depth,
-            threads=settings.threads, frame=capture.frame, progress=self._token,
-        )  # fmt: skip
+        seed = _SEED + 8 * self.plan.request.settings.seed
+        found = self._evaluator.misfit(
+            capture.native(), _RESIDUAL_SPP, seed=seed, progress=self._token
+        )
         return float(np.clip(found, low**2, high**2))
 
-    def _at(
-        self,
-        scene: Any,  # noqa: ANN401 - a native Scene
-        camera: str,
-        size: tuple[int, int],
-        frame: tuple[Any, ...],
-        spp: int,
-        number: int,
-    ) -> Any:  # noqa: ANN401 - a native PhotoJacobian
-        settings = self.plan.request.settings
-        seen = native.core().photo_jacobian(
-            scene, self._asked, camera, *size, spp,
-            seed=_SEED + 8 * settings.seed + number, depth=settings.depth,
-            threads=settings.threads, frame=frame, progress=self._token,
-        )  # fmt: skip
+    def _at(self, photo: Any, spp: int, number: int) -> Any:  # noqa: ANN401 - a native PhotoJacobian
+        seed = _SEED + 8 * self.plan.request.settings.seed + number
+        seen = self._evaluator.jacobian(photo, self._asked, spp, seed=seed, progress=self._token)
         if seen.not_finite:
             raise BadInput(
                 [

@@ -15,10 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from .. import native
 from ..environments import sphere
 from ..fit_run.captures.prepared import Capture, read_captures
-from ..fit_run.captures.render import shown, under_its_lights
+from ..fit_run.captures.render import evaluator
 from ..fit_run.plan import build_scene
 from ..fit_run.settings import FitSettings
 from ..problems import BadInput, Problem
@@ -191,13 +190,10 @@ def _misfit(
     """(share of the photos' weighted squares that is left, factor on the renders that leaves it).
     All angles have the same random numbers."""
     both = squares = photos = 0.0
+    seen = evaluator(scene, settings)
     for item in captures:
-        height, width = item.reference.shape[:2]
-        film = native.core().render(
-            under_its_lights(scene, item), item.camera, width, height, settings.spp,
-            seed=settings.seed, depth=settings.depth, threads=settings.threads, frame=item.frame,
-        )  # fmt: skip
-        render = shown(film.image, item).astype(np.float64)
+        film = seen.picture(item.view(), settings.spp, seed=settings.seed)
+        render = film.image.astype(np.float64)
         weight = item.weight[..., None]
         both += float((weight * render * item.reference).sum())
         squares += float((weight * render**2).sum())

@@ -14,7 +14,6 @@ from ..cycles_check.render_settings import Contents
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.overall import Overall, Shown
 from ..fit_run.plan import FitPlan
-from ..fit_run.staging.job import StagedJob
 from ..information.job import BackgroundJob
 from ..information.job import Step as BackgroundStep
 from ..problems import Problem
@@ -36,7 +35,7 @@ class Run:
     `result` stays after its end, for the result folder, and `folder` is that folder once it is
     written."""
 
-    job: FitJob | StagedJob | None = None
+    job: FitJob | None = None
     reading: ReadingJob[Preparing] | None = None
     preparing: BackgroundJob[Preparing] | None = None
     finishing: BackgroundJob[Finishing] | None = None
@@ -56,7 +55,7 @@ class Run:
 
     def start(
         self,
-        job: FitJob | StagedJob,
+        job: FitJob,
         scene_name: str,
         owners: dict[str, Owner],
         overall: Overall | None = None,

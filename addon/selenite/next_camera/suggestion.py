@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from ..fit_run.captures.prepared import Capture
 from ..fit_run.plan import FitPlan, build_scene, prepare
 from ..fit_run.request import RunRequest
 from ..information import fisher
@@ -135,11 +136,14 @@ def suggestion_of(
     packed: Mapping[str, bytes],
     changes: Mapping[tuple[str, str], Values] | None = None,
     model_error: fisher.ModelError = fisher.EXPLAINED,
+    as_taken: Callable[[Capture], Capture] = lambda capture: capture,
 ) -> Suggestion:
     """From a request to a suggestion that can start. The values are the starts of the request, and
-    `changes` for what is not fitted. model_error: of the fit that found them. Raises BadInput with
-    all problems, and NativeUnavailable."""
+    `changes` for what is not fitted. model_error: of the fit that found them; as_taken: a photo
+    with the gain and alignment that it has found. Raises BadInput with all problems, and
+    NativeUnavailable."""
     plan = prepare(values, replace(request, stages=()), packed)
+    plan = replace(plan, captures=[as_taken(item) for item in plan.captures])
     problems = [
         Problem(
             f"Parameter '{item.name}'",

@@ -14,7 +14,7 @@ import numpy as np
 from .. import native
 from ..fit_run import cost
 from ..fit_run.captures.prepared import Capture
-from ..fit_run.captures.render import shown, under_its_lights
+from ..fit_run.captures.render import evaluator
 from ..fit_run.job import FitFailed, FitJob, fitted_values
 from ..fit_run.plan import FitPlan
 from ..fit_run.settings import FitSettings
@@ -145,18 +145,15 @@ class Trade:
         """As many samples as their share of the budget allows."""
         settings = self.plan.request.settings
         sums: list[np.ndarray | None] = [None] * len(self._weights(self._tallest))
+        seen = evaluator(self.plan.scene, settings)
         while True:
             for index, capture in enumerate(self._weights(self._tallest)):
-                height, width = capture.reference.shape[:2]
-                film = native.core().render(
-                    under_its_lights(self.plan.scene, capture), capture.camera, width, height,
-                    _PHOTO_CHUNK,
+                film = seen.picture(
+                    capture.view(of_file=False), _PHOTO_CHUNK,
                     seed=_PHOTO_SEED + settings.seed + (self.photo_spp << 20),
-                    depth=settings.depth, threads=settings.threads,
-                    frame=capture.frame_of_render,
                 )  # fmt: skip
                 before = sums[index]
-                image = shown(film.image, capture).astype(np.float64)
+                image = film.image.astype(np.float64)
                 sums[index] = image if before is None else before + image
                 yield Step(0.0, f"photo {capture.id}")
                 if self._stop.is_set():
@@ -209,7 +206,7 @@ class Trade:
         finally:  # nobody may want it any more
             job.cancel()
             job.join()
-        if state.stopped_because == "cancelled":
+        if state.stopped == native.core().StopReason.CANCELLED:
             return
         result = job.result()
         row.runs.append(_run(self.plan, plan, result))

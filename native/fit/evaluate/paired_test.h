@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 #include "render/film/film.h"
 
 namespace selenite {

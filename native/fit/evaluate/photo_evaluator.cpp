@@ -16,33 +16,6 @@ namespace {
 constexpr double kTooManyDropped = 1e-3;  ///< share of the samples
 constexpr int kGain = field_index<PhotoParameters>(&PhotoParameters::gain);
 
-void scale(Picture& picture, const Colorf& by) {
-  for (Colorf& pixel : picture) pixel *= by;
-}
-
-/// Of what was rendered, what the photo shows, where the film has a derivative by the gain with it.
-void apply_gain(const Colorf& gain, Film& film, std::optional<std::size_t> slot = {}) {
-  SlotFilm by_gain;
-  if (slot) {
-    // The film without the gain, and its covariance with the film that has it.
-    by_gain = {film.mean, film.half_a, film.variance, film.variance, {}};
-    scale(by_gain.covariance, gain);
-  }
-  if (gain != Colorf(1)) {
-    const Colorf square = gain * gain;
-    scale(film.mean, gain);
-    scale(film.half_a, gain);
-    scale(film.variance, square);
-    for (SlotFilm& one : film.slots) {
-      scale(one.mean, gain);
-      scale(one.half_a, gain);
-      scale(one.variance, square);
-      scale(one.covariance, square);
-    }
-  }
-  if (slot) film.slots[*slot] = std::move(by_gain);
-}
-
 /// The loss at a photo's gain, differentiated by what was rendered.
 FilmLoss loss_of_rendered(FilmLoss loss, const Colorf& gain) {
   if (gain == Colorf(1)) return loss;
@@ -59,8 +32,8 @@ FilmLoss loss_of_rendered(FilmLoss loss, const Colorf& gain) {
 }
 
 /// Numbers of a field belong to channels in turns.
-void apply_gain(const Colorf& gain, const Photo& photo, const Fields& fields,
-                std::vector<CellJacobian>& jacobians) {
+void scale_fields(const Colorf& gain, const Photo& photo, const Fields& fields,
+                  std::vector<CellJacobian>& jacobians) {
   if (gain == Colorf(1)) return;
   for (std::size_t f = 0; f < jacobians.size(); ++f) {
     if (fields.channels(f) != 3)
@@ -106,7 +79,7 @@ Scene PhotoEvaluator::scene_of(const Photo& photo, const Point& point) {
   const auto known = aims_.find(photo.id);
   if (known == aims_.end()) {
     scene = decide_aims(std::move(scene), camera_of(scene, photo), model_.problem.layout,
-                        render_settings(photo, 1, 0), &aim_verdicts_, progress_);
+                        settings_of(photo, 1, 0), &aim_verdicts_, progress_);
     std::vector<char>& aims = aims_[photo.id];
     for (const Light& lamp : lamps) aims.push_back(lamp.aimed.value_or(false));
     return scene;
@@ -115,16 +88,10 @@ Scene PhotoEvaluator::scene_of(const Photo& photo, const Point& point) {
   return scene;
 }
 
-RenderSettings PhotoEvaluator::render_settings(const Photo& photo, int spp,
-                                               std::uint64_t seed) const {
-  RenderSettings settings;
-  settings.width = photo.width;
-  settings.height = photo.height;
-  settings.spp = spp;
-  settings.seed = seed;
-  settings.depth = settings_->depth;
-  settings.threads = settings_->threads;
-  settings.frame = photo.frame;
+/// The pixels that count, and those around them.
+RenderSettings PhotoEvaluator::settings_of(const Photo& photo, int spp, std::uint64_t seed) const {
+  RenderSettings settings =
+      render_settings(photo, {spp, seed, settings_->depth, settings_->threads});
   settings.pixels = rendered_pixels(photo);
   return settings;
 }
@@ -140,7 +107,7 @@ Colorf PhotoEvaluator::found_gain(const Photo& photo) const {
 
 Alignment PhotoEvaluator::alignment(const Photo& photo) const {
   const auto found = alignments_.find(photo.id);
-  if (found == alignments_.end()) return {};
+  if (found == alignments_.end()) return photo.alignment;
   const auto& [estimate, width] = found->second;
   return estimate.at.scaled(static_cast<double>(photo.width) / width);
 }
@@ -170,7 +137,7 @@ void PhotoEvaluator::find_alignment(const Photo& photo, const Film& film) {
 Film PhotoEvaluator::picture(const Scene& scene, const Photo& photo, const SlotLayout& layout,
                              int spp, std::uint64_t seed) {
   Film film = settings_->renderer(scene, camera_of(scene, photo), layout,
-                                  render_settings(photo, spp, seed), progress_);
+                                  settings_of(photo, spp, seed), progress_);
   counts_->add(film, photo);
   return film;
 }
@@ -212,7 +179,7 @@ FieldGradient PhotoEvaluator::field_gradient(const Point& point, const Photo& ph
   const Colorf gain = gain_of(photo, point) * found_gain(photo);
   FieldGradient found = loss_field_gradient(scene, camera_of(scene, photo), fields, photo,
                                             loss_of_rendered(std::move(loss), gain),
-                                            render_settings(photo, how.spp, how.seed), progress_);
+                                            settings_of(photo, how.spp, how.seed), progress_);
   counts_->add(found.film, photo);
   apply_gain(gain_of(photo, point), found.film);
   const Colorf before = found_gain(photo);
@@ -229,14 +196,14 @@ FieldJacobian PhotoEvaluator::field_jacobian(const Point& point, const Photo& ph
   const Scene scene = scene_of(photo, point);
   FieldJacobian found =
       render_field_jacobian(scene, camera_of(scene, photo), fields.refs(),
-                            render_settings(photo, how.spp, how.seed), weights, cell, progress_);
+                            settings_of(photo, how.spp, how.seed), weights, cell, progress_);
   counts_->add(found.film, photo);
   const Colorf fixed = gain_of(photo, point);
   apply_gain(fixed, found.film);
   find_gain(photo, found.film);
   apply_gain(found_gain(photo), found.film);
   find_alignment(photo, found.film);
-  apply_gain(fixed * found_gain(photo), photo, fields, found.fields);
+  scale_fields(fixed * found_gain(photo), photo, fields, found.fields);
   return found;
 }
 

@@ -10,6 +10,7 @@
 #include "fit/evaluate/field_loss.h"
 #include "fit/evaluate/finite_differences.h"
 #include "fit/objective/alignment.h"
+#include "fit/photo/photo_render.h"
 #include "fit/problem/fit_problem.h"
 #include "fit/problem/point.h"
 #include "render/driver/aim_pilot.h"
@@ -88,7 +89,7 @@ class PhotoEvaluator final : public Evaluator {
  private:
   /// What the photo shows. At which lamps paths aim is decided at the first point that is asked for.
   Scene scene_of(const Photo& photo, const Point& point);
-  RenderSettings render_settings(const Photo& photo, int spp, std::uint64_t seed) const;
+  RenderSettings settings_of(const Photo& photo, int spp, std::uint64_t seed) const;
   Colorf gain_of(const Photo& photo, const Point& point) const;
   void find_gain(const Photo& photo, const Film& film);
   void find_alignment(const Photo& photo, const Film& film);

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 
 namespace selenite {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 #include "render/film/film.h"
 
 namespace selenite {

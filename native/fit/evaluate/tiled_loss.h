@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 #include "fit/problem/saved_state.h"
 #include "render/film/film.h"
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <tuple>
 
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 
 namespace selenite {
 

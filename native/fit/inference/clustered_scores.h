@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 #include "fit/problem/saved_state.h"
 #include "fit/problem/unknowns.h"
 

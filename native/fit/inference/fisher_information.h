@@ -9,7 +9,7 @@
 #include "fit/inference/confidence_intervals.h"
 #include "fit/inference/photo_jacobian.h"
 #include "fit/objective/residual_model.h"
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 #include "fit/solver/instrumental_variables.h"
 
 namespace selenite {

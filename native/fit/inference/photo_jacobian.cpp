@@ -10,13 +10,17 @@
 namespace selenite {
 namespace {
 
-/// The photo at the size of the settings, without its pixels.
+/// The photo at the size of the settings, without its pixels, by which a fit would find its gain and
+/// alignment.
 Photo blank_photo(Photo photo, const RenderSettings& settings) {
   if (photo.id.empty()) photo.id = photo.camera;
   photo.width = settings.width;
   photo.height = settings.height;
   photo.frame = settings.frame;
   photo.pixels = settings.pixels;
+  photo.weight.clear();
+  photo.gain_freedom = GainFreedom::kNone;
+  photo.align = false;
   photo.reference.assign(static_cast<std::size_t>(settings.width) * settings.height, Colorf());
   return photo;
 }

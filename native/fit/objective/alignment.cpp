@@ -13,31 +13,7 @@ namespace {
 /// Pixels from the middle of a picture to its corner: a roll moves no pixel farther than that times it.
 double reach_of(const Photo& photo) { return std::hypot(photo.width, photo.height) / 2; }
 
-/// By how much the shifts of a camera change where its picture moves by a pixel.
-Vec2<double> shift_of_pixel(Camera camera, int width, int height, const PhotoFrame& frame) {
-  const Vec3d ahead = camera.to_world.translation() - camera.to_world.column(2);
-  const Vec2<double> before = PixelCamera(camera, width, height, frame).project(ahead);
-  camera.shift_x += 1;
-  camera.shift_y += 1;
-  const Vec2<double> after = PixelCamera(camera, width, height, frame).project(ahead);
-  return {1 / (before.x - after.x), 1 / (after.y - before.y)};
-}
-
 }  // namespace
-
-Camera Alignment::apply(Camera camera, int width, int height, const PhotoFrame& frame) const {
-  if (x == 0 && y == 0 && roll == 0) return camera;
-  const Vec2<double> unit = shift_of_pixel(camera, width, height, frame);
-  camera.shift_x += x * unit.x;
-  camera.shift_y -= y * unit.y;
-  const double c = std::cos(roll), s = std::sin(roll);
-  for (auto& row : camera.to_world.m) {
-    const double right = row[0], up = row[1];
-    row[0] = c * right + s * up;
-    row[1] = -s * right + c * up;
-  }
-  return camera;
-}
 
 AlignmentSlopes alignment_slopes(const Photo& photo) {
   AlignmentSlopes slopes = AlignmentSlopes::Zero(static_cast<Eigen::Index>(3 * photo.size()), 3);
@@ -84,7 +60,9 @@ Eigen::Matrix3d AlignmentEquations::spread(double deviation) const {
   return square(deviation) * Eigen::Vector3d(1, 1, 1 / square(reach)).asDiagonal();
 }
 
-AlignmentEstimate AlignmentEquations::prior() const { return {{}, spread(kAlignment.deviation)}; }
+AlignmentEstimate AlignmentEquations::prior() const {
+  return {photo_.alignment, spread(kAlignment.deviation)};
+}
 
 AlignmentEstimate AlignmentEquations::improved(const AlignmentEstimate& present,
                                                const Film& film) const {
@@ -96,10 +74,13 @@ AlignmentEstimate AlignmentEquations::improved(const AlignmentEstimate& present,
   const Eigen::Matrix3d before = present.covariance + spread(kAlignment.drift);
   const Eigen::Matrix3d share = (before + of_render).ldlt().solve(before).transpose();
   const Eigen::Vector3d step = -share * solve(mean_residual(film, photo_));
-  const auto bounded = [](double value, double most) { return std::clamp(value, -most, most); };
-  return {{bounded(present.at.x + step[0], kAlignment.most),
-           bounded(present.at.y + step[1], kAlignment.most),
-           bounded(present.at.roll + step[2], kAlignment.most / reach_of(photo_))},
+  const Alignment& given = photo_.alignment;
+  const auto bounded = [](double value, double middle, double most) {
+    return std::clamp(value, middle - most, middle + most);
+  };
+  return {{bounded(present.at.x + step[0], given.x, kAlignment.most),
+           bounded(present.at.y + step[1], given.y, kAlignment.most),
+           bounded(present.at.roll + step[2], given.roll, kAlignment.most / reach_of(photo_))},
           (Eigen::Matrix3d::Identity() - share) * before};
 }
 

@@ -4,7 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 #include "fit/problem/saved_state.h"
 #include "render/film/film.h"
 #include "scene/camera.h"
@@ -20,15 +20,6 @@ struct AlignmentOptions {
   double drift = 0.05;
 };
 inline constexpr AlignmentOptions kAlignment;
-
-/// Where a camera stood beside what the scene says: pixels of the picture, and radians about its axis.
-struct Alignment {
-  double x = 0, y = 0, roll = 0;
-  /// The same shift where a pixel is `factor` times as large.
-  Alignment scaled(double factor) const { return {x * factor, y * factor, roll}; }
-  /// The camera with it, for a picture of that size.
-  Camera apply(Camera camera, int width, int height, const PhotoFrame& frame) const;
-};
 
 /// What all renders so far tell of it.
 struct AlignmentEstimate {

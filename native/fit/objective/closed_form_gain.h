@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 #include "render/film/film.h"
 
 namespace selenite {

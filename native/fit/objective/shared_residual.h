@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 
 namespace selenite {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <sstream>
 
-#include "fit/problem/problem_list.h"
 #include "math/error.h"
+#include "math/problem_list.h"
 
 namespace selenite {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/problem/fit_problem.h"
 
-#include "fit/problem/problem_list.h"
+#include "math/problem_list.h"
 
 namespace selenite {
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "fit/photo/photo.h"
 #include "fit/problem/fields.h"
 #include "fit/problem/loss.h"
-#include "fit/problem/photo.h"
 #include "fit/problem/point.h"
 #include "fit/problem/problem.h"
 #include "fit/problem/reparametrization.h"

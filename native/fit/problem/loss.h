@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 #include "fit/problem/unknowns.h"
 #include "render/film/film.h"
 #include "render/film/slots.h"

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "fit/photo/photo.h"
 #include "fit/problem/loss.h"
-#include "fit/problem/photo.h"
 #include "fit/problem/unknowns.h"
 #include "render/film/slots.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "fit/problem/loss.h"
-#include "fit/problem/problem_list.h"
+#include "math/problem_list.h"
 
 namespace selenite {
 namespace {

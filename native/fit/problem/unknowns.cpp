@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "fit/problem/fields.h"
-#include "fit/problem/problem_list.h"
 #include "math/overloaded.h"
+#include "math/problem_list.h"
 
 namespace selenite {
 namespace {

@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 #include "render/film/slots.h"
 #include "scene/scene.h"
 

@@ -7,9 +7,11 @@ namespace selenite {
 
 Fit::Fit(Scene scene, std::vector<Photo> photos, const std::vector<UnknownParameter>& unknowns,
          FitSettings settings)
-    : problem_(std::move(scene), std::move(photos), unknowns, std::move(settings)),
-      strategy_(problem_),
-      run_(problem_, strategy_) {
+    : Fit(std::make_shared<FitProblem>(std::move(scene), std::move(photos), unknowns,
+                                       std::move(settings))) {}
+
+Fit::Fit(std::shared_ptr<FitProblem> problem)
+    : shared_(problem), problem_(*problem), strategy_(problem_), run_(problem_, strategy_) {
   if (strategy_.multi_start)
     enter(std::make_unique<MultiStartPhase>(run_, minima_));
   else

@@ -28,20 +28,23 @@ class Fit {
   std::string saved();
   /// Before the first step. InvalidArgument when it is damaged or of a fit with other arguments.
   void restore(std::string_view saved);
+  /// After `restore`: of a fit that had ended.
+  void restore_end(StopReason reason) { run_.result.stopped = reason; }
   /// So far; complete once `step` has returned false.
   const FitResult& result() const { return run_.result; }
 
   const Vector& values() const { return run_.point.scalars; }
+  const std::shared_ptr<const FitProblem>& problem() const { return shared_; }
   const Unknowns& unknowns() const { return problem_.unknowns(); }
   const Fields& fields() const { return problem_.fields(); }
   const std::vector<Photo>& photos() const { return problem_.photos(); }
   const FitSettings& settings() const { return problem_.settings(); }
   /// Iterations of the descent at most.
   int all_iterations() const { return strategy_.most_iterations(problem_); }
-  /// As many as are planned, or at most once these are done.
-  int shown_iterations() const {
+  /// As many as are planned, or at most once `done` are beyond these.
+  int shown_iterations(int done) const {
     const int planned = strategy_.blocks(problem_).iterations();
-    return run_.result.iterations <= planned ? planned : all_iterations();
+    return done <= planned ? planned : all_iterations();
   }
   const Strategy& strategy() const { return strategy_; }
   /// Newest picture of each photo; empty before the first. Shared, never changed afterwards.
@@ -55,7 +58,10 @@ class Fit {
   std::unique_ptr<Phase> phase_to_restore(PhaseKind kind);
   void members(SavedState& state);
 
-  FitProblem problem_;
+  Fit(std::shared_ptr<FitProblem> problem);
+
+  std::shared_ptr<const FitProblem> shared_;  ///< constant from the first step on
+  FitProblem& problem_;
   Strategy strategy_;
   FitRun run_;
   AlternativeMinima minima_;

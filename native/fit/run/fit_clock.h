@@ -23,9 +23,9 @@ class FitClock {
     before_ = seconds();
     running_ = false;
   }
-  /// Notes where the result says that a new phase has begun.
-  void update(const FitResult& result) {
-    if (result.phase != phase_) enter_phase(result);
+  /// Notes where a new stage, or by the result a new phase, has begun.
+  void update(const FitResult& result, bool next_stage) {
+    if (next_stage || result.phase != phase_) enter_phase(result);
   }
   double seconds() const { return before_ + (running_ ? since(begin_) : 0); }
   /// Of the phase, from its own pace; NaN: not known yet. `done`: share of the phase.

@@ -8,11 +8,44 @@
 #include "math/error.h"
 
 namespace selenite {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+std::vector<Stage> one_stage(Scene scene, std::vector<Photo> photos,
+                             const std::vector<UnknownParameter>& unknowns, FitSettings settings) {
+  std::vector<Stage> stages(1);
+  for (const UnknownParameter& one : unknowns) {
+    stages[0].parameters.push_back(one.owner + ":" + one.parameter);
+    if (Fields::is_field(one)) stages[0].fields.push_back(stages[0].parameters.back());
+  }
+  stages[0].scene = std::move(scene);
+  stages[0].photos = std::move(photos);
+  stages[0].settings = std::move(settings);
+  return stages;
+}
+
+}  // namespace
 
 FitJob::FitJob(Scene scene, std::vector<Photo> photos,
                const std::vector<UnknownParameter>& unknowns, FitSettings settings)
-    : fit_(std::move(scene), std::move(photos), unknowns, std::move(settings)),
-      published_{std::make_shared<const FitResult>(fit_.result()), fit_.previews()} {}
+    : FitJob(unknowns,
+             one_stage(std::move(scene), std::move(photos), unknowns, std::move(settings))) {}
+
+FitJob::FitJob(std::vector<UnknownParameter> unknowns, std::vector<Stage> stages)
+    : fit_(std::move(unknowns), std::move(stages)), published_(published()) {}
+
+FitJob::Published FitJob::published() const {
+  const Fit& fit = fit_.fit();
+  return {fit_.ended(),
+          fit_.point(),
+          fit.problem(),
+          std::string(fit.strategy().optimiser.name),
+          std::make_shared<const FitResult>(fit.result()),
+          fit.shown_iterations(fit.result().iterations),
+          fit_.stopped(),
+          fit.previews()};
+}
 
 FitJob::~FitJob() {
   cancel();
@@ -53,6 +86,14 @@ void FitJob::run() {
   }
 }
 
+void FitJob::request_state() {
+  const std::scoped_lock lock(mutex_);
+  if (over_)  // the thread has left the fit
+    published_.saved = std::make_shared<const std::string>(fit_.saved());
+  else
+    state_wanted_ = true;
+}
+
 std::shared_ptr<const std::string> FitJob::take_state() {
   const std::scoped_lock lock(mutex_);
   return std::exchange(published_.saved, nullptr);
@@ -62,19 +103,24 @@ void FitJob::restore(std::string_view saved, double seconds) {
   const std::scoped_lock lock(join_mutex_, mutex_);
   if (started_) throw InvalidArgument("Fit.restore: this fit has been started; restore a new one");
   fit_.restore(saved);
-  published_.result = std::make_shared<const FitResult>(fit_.result());
+  published_ = published();
+  stages_noted_ = fit_.ended().size();
   clock_.set_seconds_before(seconds);
 }
 
 void FitJob::publish(bool over) {
-  auto result = std::make_shared<const FitResult>(fit_.result());
+  const bool next_stage = fit_.ended().size() > stages_noted_;
+  if (next_stage) {
+    fit_.note_seconds(stage_seconds());
+    stages_noted_ = fit_.ended().size();
+  }
+  Published fresh = published();
   const std::scoped_lock lock(mutex_);
-  published_.result = std::move(result);
-  published_.previews = fit_.previews();
-  clock_.update(*published_.result);
+  fresh.saved = std::move(published_.saved);
+  published_ = std::move(fresh);
+  clock_.update(*published_.result, next_stage);
   if (!over) return;
-  if (published_.result->stopped == StopReason::kError)
-    published_.error = published_.result->message;
+  if (published_.stopped == StopReason::kError) published_.error = published_.result->message;
   end();
 }
 
@@ -88,24 +134,55 @@ double FitJob::seconds() const {
   return clock_.seconds();
 }
 
+double FitJob::seconds_before() const {
+  double sum = 0;
+  for (const auto& one : published_.ended) sum += one->seconds;
+  return sum;
+}
+
+double FitJob::stage_seconds() const {
+  const std::scoped_lock lock(mutex_);
+  return clock_.seconds() - seconds_before();
+}
+
+/// By the paths of their iterations, at the pace of the stage that runs; NaN before its first one.
+double FitJob::seconds_of_later_stages() const {
+  const auto paths = [](const Stage& stage) {
+    double pixels = 0;
+    for (const Photo& photo : stage.photos) pixels += static_cast<double>(photo.size());
+    return pixels * stage.settings.spp;
+  };
+  const std::size_t now = published_.ended.size();
+  double later = 0;
+  for (std::size_t i = now + 1; i < stages().size(); ++i)
+    later += stages()[i].settings.iterations * paths(stages()[i]);
+  if (later == 0) return 0;
+  const int done = published_.result->iterations;
+  if (done == 0) return kNone;
+  return (clock_.seconds() - seconds_before()) / done / paths(stages()[now]) * later;
+}
+
 FitState FitJob::state() const {
   FitState state;
-  state.seconds = seconds();
   const std::scoped_lock lock(mutex_);
   const FitResult& result = *published_.result;
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  state.seconds = clock_.seconds();
   state.running = started_ && !over_;
   state.done = over_;
   state.error = published_.error;
-  if (over_) {
-    state.stopped_because =
-        stop_text(published_.error.empty() ? result.stopped : StopReason::kError);
-    if (result.stopped == StopReason::kDropped) state.stopped_because += ": " + result.message;
-  }
-  state.phase = phase_text(result.phase);
+  if (over_) state.stopped = published_.error.empty() ? published_.stopped : StopReason::kError;
+  state.message = result.message;
+  state.phase = result.phase;
   state.phase_fraction = result.phase_fraction;
-  state.iteration = result.iterations;
-  state.iterations = fit_.shown_iterations();
+  state.stage = published_.ended.size();
+  state.own_iteration = state.iteration = result.iterations;
+  state.iterations = published_.iterations;
+  for (const auto& one : published_.ended) {
+    state.iteration += one->result.iterations;
+    state.iterations += one->result.iterations;
+  }
+  for (std::size_t i = state.stage + 1; i < stages().size(); ++i)
+    state.iterations += stages()[i].settings.iterations;
   state.loss = result.history.empty() ? kNone : result.history.back().loss;
   state.validation = state.validation_standard_error = kNone;
   for (const HistoryRow& row : result.history) {
@@ -113,14 +190,22 @@ FitState FitJob::state() const {
     state.validation = row.validation;
     state.validation_standard_error = row.validation_standard_error;
   }
-  state.seconds_left = over_ ? 0 : started_ ? clock_.seconds_left(result.phase_fraction) : kNone;
-  state.values = result.last;
+  state.seconds_left = over_ ? 0
+                       : started_
+                           ? clock_.seconds_left(result.phase_fraction) + seconds_of_later_stages()
+                           : kNone;
+  state.values = *published_.point;
+  state.values.fields.clear();
+  state.values.take(*published_.problem, result.last, {});
   return state;
 }
 
-FitResult FitJob::result() const {
+RunResult FitJob::result() const {
   const std::scoped_lock lock(mutex_);
-  return *published_.result;
+  return {published_.ended,
+          published_.point,
+          {published_.problem, published_.optimiser, *published_.result,
+           clock_.seconds() - seconds_before()}};
 }
 
 std::shared_ptr<const Picture> FitJob::preview(int photo) const {

@@ -8,23 +8,33 @@
 #include <thread>
 #include <vector>
 
-#include "fit/run/fit.h"
 #include "fit/run/fit_clock.h"
+#include "fit/run/staged_fit.h"
 
 namespace selenite {
 
 /// What a running fit tells at any time.
 struct FitState {
   bool running = false, done = false;
-  std::string error;            ///< why it failed; empty if it did not
-  std::string stopped_because;  ///< empty while running
-  std::string phase;            ///< see `phase_text`
-  double phase_fraction = 0;    ///< of the phase
-  int iteration = 0, iterations = 0;
+  std::string error;  ///< why it failed; empty if it did not
+  StopReason stopped = StopReason::kNone;
+  std::string message;  ///< why, where `stopped` does not say it all
+  PhaseKind phase = PhaseKind::kDescent;
+  double phase_fraction = 0;  ///< of the phase
+  std::size_t stage = 0;
+  int iteration = 0, iterations = 0;                               ///< of all stages
+  int own_iteration = 0;                                           ///< of the stage
   double loss = 0, validation = 0, validation_standard_error = 0;  ///< newest; NaN: none yet
   double seconds = 0;
-  double seconds_left = 0;  ///< of the phase, from its own pace; NaN: not known yet
-  Vector values;
+  double seconds_left = 0;  ///< of the phase, and of later stages at its pace; NaN: not known yet
+  RunPoint values;
+};
+
+/// What a run has found so far: shared, never changed afterwards.
+struct RunResult {
+  std::vector<std::shared_ptr<const EndedStage>> ended;
+  std::shared_ptr<const RunPoint> point;  ///< where the newest stage started
+  EndedStage newest;                      ///< whether it has ended or not
 };
 
 /// A fit in a thread of its own. Every member may be called from any thread; none waits for a
@@ -34,6 +44,8 @@ class FitJob {
   /// Checks everything (see Fit), starts nothing.
   FitJob(Scene scene, std::vector<Photo> photos, const std::vector<UnknownParameter>& unknowns,
          FitSettings settings);
+  /// In stages, see StagedFit.
+  FitJob(std::vector<UnknownParameter> unknowns, std::vector<Stage> stages);
   ~FitJob();
   FitJob(const FitJob&) = delete;
   FitJob& operator=(const FitJob&) = delete;
@@ -43,38 +55,51 @@ class FitJob {
   /// Polled per tile; what has been found so far stays.
   void cancel() { progress_.cancelled = true; }
   void join();
-  /// Asks for the state after the iteration that runs; `take_state` has it then, once.
-  void request_state() { state_wanted_ = true; }
+  /// Asks for the state after the iteration that runs, or at the end of a fit that is over;
+  /// `take_state` has it then, once.
+  void request_state();
   /// See Fit::saved; empty until it is there.
   std::shared_ptr<const std::string> take_state();
   /// Before `start`: goes on from a state that had taken so many seconds. Throws as Fit::restore.
   void restore(std::string_view saved, double seconds);
 
   FitState state() const;
-  FitResult result() const;
+  RunResult result() const;
   /// Seconds from start to end, or to now.
   double seconds() const;
-  /// Newest picture; empty before the first. InvalidArgument when there is no such photo.
+  /// Newest picture of the stage that runs; empty before the first. InvalidArgument when there is no
+  /// such photo.
   std::shared_ptr<const Picture> preview(int photo) const;
-
-  const Unknowns& unknowns() const { return fit_.unknowns(); }
-  const Fields& fields() const { return fit_.fields(); }
-  const std::vector<Photo>& photos() const { return fit_.photos(); }
-  std::string optimiser_name() const { return std::string(fit_.strategy().optimiser.name); }
+  const std::vector<Stage>& stages() const { return fit_.stages(); }
+  const RunUnknowns& unknowns() const { return fit_.unknowns(); }
 
  private:
   /// What the thread has published; readers see nothing else of the fit.
   struct Published {
+    std::vector<std::shared_ptr<const EndedStage>> ended{};
+    std::shared_ptr<const RunPoint> point;
+    std::shared_ptr<const FitProblem> problem;
+    std::string optimiser;
     std::shared_ptr<const FitResult> result;
+    int iterations = 0;  ///< of the stage that runs, as shown
+    StopReason stopped = StopReason::kNone;
     Previews previews{};
     std::shared_ptr<const std::string> saved{};
     std::string error{};  ///< why it failed; empty if it did not
   };
+  /// From the fit, which no thread touches meanwhile.
+  Published published() const;
+  /// Of the stages that have ended. `mutex_` is held.
+  double seconds_before() const;
+  double seconds_of_later_stages() const;
+  /// Of the stage that runs.
+  double stage_seconds() const;
   void run();
   void publish(bool over);
   void end();
 
-  Fit fit_;  ///< touched by the thread alone once it runs
+  std::size_t stages_noted_ = 0;  ///< ended ones whose time is known; touched as `fit_`
+  StagedFit fit_;                 ///< touched by the thread alone once it runs
   Progress progress_;
   std::atomic<bool> state_wanted_{false};
   mutable std::mutex mutex_;  ///< guards all below

@@ -8,8 +8,8 @@
 #include <memory>
 #include <vector>
 
+#include "fit/photo/photo.h"
 #include "fit/problem/fields.h"
-#include "fit/problem/photo.h"
 #include "fit/solver/field_prior.h"
 #include "fit/solver/instrumental_variables.h"
 #include "render/driver/field_gradient.h"

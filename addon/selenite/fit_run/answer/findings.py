@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ... import native
 from ...parameters import Values
 from .. import trust
 from ..diagnosis import still_falling
@@ -86,7 +87,7 @@ def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) ->
         )
     left = trust.misfit(result)
     if left is None:
-        if result.get("stopped_because") == "cancelled" and not fields:
+        if result["stopped"] == native.core().StopReason.CANCELLED and not fields:
             return UNKNOWN, (
                 "Stopped before intervals were computed: let a fit end to know how sure the "
                 "values are."

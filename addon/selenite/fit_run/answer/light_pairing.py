@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ import numpy as np
 from ... import native
 from ..captures.light_states import AS_IN_SCENE, described, is_as_in_scene, key_of
 from ..captures.prepared import Capture
-from ..captures.render import as_found, shown
+from ..captures.render import as_found, evaluator
 from ..job import scene_at
 from ..plan import FitPlan
 
@@ -89,12 +89,13 @@ def mismatches(
     say nothing of lights, and after a fit that was stopped: who stops one does not wait. Photos
     beyond `_MOST_SECONDS` are left out. May be interrupted between two pictures."""
     captures = plan.captures
-    if result.get("stopped_because") == "cancelled":
+    if result["stopped"] == native.core().StopReason.CANCELLED:
         return []
     if all(is_as_in_scene(item.lights) for item in captures):
         return []
     end = time.monotonic() + _MOST_SECONDS
-    scenes = (scene_at(plan, result), plan.scene)
+    settings = plan.request.settings
+    scenes = [evaluator(scene, settings) for scene in (scene_at(plan, result), plan.scene)]
     views = []
     for index, capture in enumerate(captures):
         progress(f"lights of {capture.id}", 0.2 * index / len(captures))
@@ -123,7 +124,8 @@ def mismatches(
         after = view.error(lights, 2, _AGAIN * _SPP)
         if after.surely_below(before):
             found.append(Mismatch(view.capture, lights, name, before.root, after.root))
-    return sorted(found, key=lambda item: captures.index(item.capture))
+    order = [item.id for item in captures]
+    return sorted(found, key=lambda item: order.index(item.capture.id))
 
 
 def explains(other: float, own: float) -> bool:
@@ -161,27 +163,18 @@ class _View:
     """A photo made small, and the scenes of which one is to explain it."""
 
     capture: Capture
-    scenes: Sequence[Any]
-    picture: np.ndarray
-    weight: np.ndarray
+    scenes: Sequence[Any]  # native Evaluators
     free_gain: bool  # the fit would have found another one under other lights
-    settings: Any
+    seed: int
 
     @staticmethod
     def of(plan: FitPlan, scenes: Sequence[Any], capture: Capture, result: dict[str, Any]) -> _View:
         height, width = capture.reference.shape[:2]
         scale = min(1.0, math.sqrt(_PIXELS / (width * height)))
         size = max(1, round(width * scale)), max(1, round(height * scale))
-        counts = capture.weight[..., None]
-        planes = np.dstack([capture.reference * counts, counts]).astype(np.float32)
-        small = native.image().resize(np.ascontiguousarray(planes), *size)
-        weight = np.maximum(small[..., 3], 0.0)
-        picture = small[..., :3] / np.maximum(weight, 1e-6)[..., None]
-        kinds = {item.id: item.gain for item in plan.request.captures}
-        free = kinds.get(capture.id, "") not in ("", "none")
-        return _View(
-            as_found(capture, result), scenes, picture, weight, free, plan.request.settings
-        )
+        small = as_found(capture, result).small(size)
+        free = capture.free_gain != "none"
+        return _View(small, scenes, free, plan.request.settings.seed)
 
     def error(self, lights: Lights, number: int, spp: int = _SPP) -> _Error:
         """Under some lights, in the scene that explains the photo better. Errors of another
@@ -192,36 +185,35 @@ class _View:
     def _error(self, scene: Any, lights: Lights, number: int, spp: int) -> _Error:  # noqa: ANN401
         """The two halves of a render have independent noise, so the product of their errors has
         none on average."""
-        height, width = self.picture.shape[:2]
-        film = native.core().render(
-            scene.with_lights(lights), self.capture.camera, width, height, spp,
-            seed=_SEED + 8 * self.settings.seed + number, depth=self.settings.depth,
-            threads=self.settings.threads, frame=self.capture.frame,
-        )  # fmt: skip
-        halves = [
-            shown(half, self.capture).astype(np.float64) for half in (film.half_a, film.half_b)
-        ]
+        view = replace(self.capture, lights=lights).view()
+        film = scene.picture(view, spp, seed=_SEED + 8 * self.seed + number)
+        halves = [half.astype(np.float64) for half in (film.half_a, film.half_b)]
         if self.free_gain:
             halves = self._scaled(halves)
-        a, b = (self.picture - half for half in halves)
-        share = self.weight / self.weight.sum()
-        photo, render = self.picture.mean(axis=2), (halves[0] + halves[1]).mean(axis=2) / 2
+        picture, weight = self.capture.reference, self.capture.weight
+        a, b = (picture - half for half in halves)
+        share = weight / weight.sum()
+        photo, render = picture.mean(axis=2), (halves[0] + halves[1]).mean(axis=2) / 2
         mean = float((photo * share).sum())
         # Of both pictures: where light falls in one of them alone, the error is 2 and no more, so
         # that a few dark pixels do not decide.
         bright = (photo**2 + render**2) / 2 + (_DARK * mean) ** 2
         square = (a * b).mean(axis=2) / np.maximum(bright, np.finfo(np.float32).tiny)
-        weights = _blocks(self.weight)
-        sums = _blocks(square * self.weight)
+        weights = _blocks(weight)
+        sums = _blocks(square * weight)
         return _Error(sums / np.maximum(weights, 1e-12), weights)
 
     def _scaled(self, halves: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Each with the gain that fits best, which the other half gives: so noise favours none."""
-        weight = self.weight[..., None]
+        weight = self.capture.weight[..., None]
         found = []
         for half, other in (halves, halves[::-1]):
             square = float((weight * other * half).sum())
-            gain = float((weight * other * self.picture).sum()) / square if square > 0 else 1.0
+            gain = (
+                float((weight * other * self.capture.reference).sum()) / square
+                if square > 0
+                else 1.0
+            )
             found.append(half * gain)
         return found
 

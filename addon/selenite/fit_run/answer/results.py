@@ -22,7 +22,7 @@ from ...parameters import Values
 from ...paths import file_stems
 from .. import trust
 from ..captures.prepared import Capture
-from ..captures.render import alignment_of, as_found, render_capture
+from ..captures.render import alignment_of, as_found, evaluator
 from ..fields import EnvironmentUnknown, FieldUnknown, environment, images
 from ..gauge import gauges
 from ..job import fitted_values, scene_at
@@ -141,12 +141,11 @@ def finished(
         return result
     means = {item.name: item.mean(result["fields_best"][item.name]) for item in plan.fields}
     scene = scene_at(plan, result)
-    final, coverage = images.finished(
-        plan.fields, result["fields_best"], scene, plan.captures, progress
-    )
+    captures = [as_found(item, result) for item in plan.captures]
+    final, coverage = images.finished(plan.fields, result["fields_best"], scene, captures, progress)
     for item in plan.fields:
         if isinstance(item, EnvironmentUnknown):
-            found = coverage[item.name] = environment.coverage(item, scene, plan.captures)
+            found = coverage[item.name] = environment.coverage(item, scene, captures)
             final[item.name] = sphere.continued(final[item.name], environment.seen(found))
     return result | {"fields_best": final, "coverage": coverage, "fitted_means": means}
 
@@ -266,23 +265,17 @@ def _write_pictures(
     """Per photo: initial, optimised, reference, error (absolute difference); and all of them on one
     sheet. What does not count is black in OpenEXR, marked in PNG. Both renders have the same seed
     and alignment, so that their difference is the fit's."""
-    optimised = scene_at(plan, result)
     settings = plan.request.settings
+    before, after = (evaluator(s, settings) for s in (plan.scene, scene_at(plan, result)))
     stems = file_stems(item.id for item in plan.captures)
     steps = 2 * len(plan.captures)
     rows = {}
     for index, capture in enumerate(plan.captures):
-        stem, found = stems[capture.id], as_found(capture, result)
-        options = {
-            "seed": settings.seed,
-            "depth": settings.depth,
-            "threads": settings.threads,
-            "alignment": alignment_of(capture, result),
-        }
+        stem, photo = stems[capture.id], as_found(capture, result).view()
         progress(f"initial picture of {capture.id}", 2 * index / steps)
-        initial = render_capture(plan.scene, found, settings.picture_spp, **options)
+        initial = before.picture(photo, settings.picture_spp, seed=settings.seed).image
         progress(f"optimised picture of {capture.id}", (2 * index + 1) / steps)
-        final = render_capture(optimised, found, settings.picture_spp, **options)
+        final = after.picture(photo, settings.picture_spp, seed=settings.seed).image
         error = np.abs(final - capture.reference)
         counts = (capture.weight > 0)[..., None]
         for name, pixels in (

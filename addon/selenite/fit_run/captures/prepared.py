@@ -38,6 +38,12 @@ _UNUSED = {
 }
 
 
+Gain = tuple[float, float, float]
+#: Of a camera, in pixels of its picture to the right and down, and in radians about its axis.
+Alignment = tuple[float, float, float]
+UNALIGNED: Alignment = (0.0, 0.0, 0.0)
+
+
 @dataclass(frozen=True)
 class Capture:
     """A photo and its camera: reference (h, w, 3) float32 linear, weight (h, w) float32 in [0, 1];
@@ -46,7 +52,9 @@ class Capture:
     align: whether the fit finds a small shift and roll of it.
     free_gain: what the fit finds of a factor on `gain`, one of GAINS.
     window: what the photo shows of what the camera takes, left, top, right, bottom in [0, 1].
-    gain: factor on what the camera renders, (r, g, b); as an unknown it starts elsewhere.
+    gain: factor on what the camera renders, (r, g, b).
+    alignment: of its camera, in pixels of the reference to the right and down, and radians about
+    its axis.
     lights: which were on, and where lamps stood: see light_states.light_state.
     warnings: what the reader says of photo and mask.
     isolated: share of the photo's light in isolated bright pixels, as of a render that has not
@@ -60,13 +68,14 @@ class Capture:
     reference: np.ndarray
     weight: np.ndarray
     aspect: float
-    gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    gain: Gain = (1.0, 1.0, 1.0)
     free_gain: str = "none"
     align: bool = False
     lights: Mapping[str, Any] = field(default_factory=lambda: dict(AS_IN_SCENE))
     warnings: tuple[str, ...] = ()
     window: tuple[float, float, float, float] = WHOLE
     isolated: float = 0.0
+    alignment: Alignment = UNALIGNED
 
     @property
     def frame(self) -> tuple[Any, ...]:
@@ -94,19 +103,39 @@ class Capture:
         aspect = self.aspect * (right - left) / (bottom - top)
         return aspect * height / width * camera.pixel_aspect_x / camera.pixel_aspect_y
 
-    def native(self) -> dict[str, Any]:
-        """What the native Fit takes."""
-        return {
-            "id": self.id,
-            "camera": self.camera,
-            "reference": self.reference,
-            "weight": self.weight,
-            "frame": self.frame,
-            "gain": self.gain,
-            "free_gain": self.free_gain,
-            "align": self.align,
-            "lights": self.lights,
-        }
+    def native(self) -> Any:  # noqa: ANN401 - a native Photo
+        """With its pixels: what a fit compares with."""
+        return native.core().Photo(
+            self.camera, self.reference, self.weight, free_gain=self.free_gain, align=self.align,
+            frame=self.frame, alignment=self.alignment, **self._taken(),
+        )  # fmt: skip
+
+    def view(self, size: tuple[int, int] | None = None, *, of_file: bool = True) -> Any:  # noqa: ANN401 - a native Photo
+        """Without pixels: what it shows, `size` (width, height) or that of the reference. of_file:
+        as an area filter leaves the photo; else with pixels of its own."""
+        rows, columns = self.reference.shape[:2]
+        width, height = size or (columns, rows)
+        across, down, roll = self.alignment
+        return native.core().Photo(
+            self.camera, size=(width, height),
+            frame=self.frame if of_file else self.frame_of_render,
+            alignment=(across * width / columns, down * height / rows, roll), **self._taken(),
+        )  # fmt: skip
+
+    def _taken(self) -> dict[str, Any]:
+        return {"id": self.id, "lights": self.lights, "gain": self.gain}
+
+    def small(self, size: tuple[int, int]) -> Capture:
+        """The same photo at another size; each pixel is the mean over those that count in it."""
+        counts = self.weight[..., None]
+        planes = np.dstack([self.reference * counts, counts]).astype(np.float32)
+        found = native.image().resize(np.ascontiguousarray(planes), *size)
+        weight = np.maximum(found[..., 3], 0.0)
+        picture = found[..., :3] / np.maximum(weight, 1e-6)[..., None]
+        across, down, roll = self.alignment
+        rows, columns = self.reference.shape[:2]
+        moved = (across * size[0] / columns, down * size[1] / rows, roll)
+        return replace(self, reference=picture, weight=weight, alignment=moved)
 
 
 def frame_of(

@@ -1,39 +1,44 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a fit compares with a photo: its camera as aligned, under its lights, times its gain."""
+"""What photos show of a scene, and what a fit has found of how they were taken."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ... import native
-from .light_states import is_as_in_scene
-from .prepared import Capture
-
-Gain = tuple[float, float, float]
-#: Of a camera, in pixels of its picture to the right and down, and in radians about its axis.
-Alignment = tuple[float, float, float]
-UNALIGNED: Alignment = (0.0, 0.0, 0.0)
+from ..settings import FitSettings
+from .prepared import Alignment, Capture, Gain
 
 
-def under_its_lights(scene: Any, capture: Capture) -> Any:  # noqa: ANN401 - a native Scene
-    """The native scene as the photo saw it; geometry is shared."""
-    return under_lights(scene, capture.lights)
-
-
-def under_lights(scene: Any, lights: Mapping[str, Any]) -> Any:  # noqa: ANN401 - a native Scene
-    """The native scene in a light state."""
-    return scene if is_as_in_scene(lights) else scene.with_lights(lights)
+def evaluator(scene: Any, settings: FitSettings) -> Any:  # noqa: ANN401 - native Scene, Evaluator
+    """Of pictures and derivatives at a scene's values, as a fit with these settings makes them."""
+    return native.core().Evaluator(scene, depth=settings.depth, threads=settings.threads)
 
 
 def as_found(capture: Capture, result: Mapping[str, Any] | None) -> Capture:
-    """The capture with what a fit has found of it (`result`: its own or result.json), so that
-    `shown` shows its photo as the fit does. Raises ValueError as `gain_of`."""
-    return replace(capture, gain=gain_of(capture, result))
+    """The capture with the gain and alignment that a fit has found, by its native result."""
+    return replace(capture, gain=gain_of(capture, result), alignment=alignment_of(capture, result))
+
+
+def as_reported(capture: Capture, report: Mapping[str, Any] | None) -> Capture:
+    """The same by result.json. Raises ValueError where a file holds no such numbers."""
+    return replace(
+        capture, gain=gain_of(capture, report), alignment=alignment_in_file(capture, report)
+    )
+
+
+def like(capture: Capture, other: Capture | None) -> Capture:
+    """The capture with gain and alignment of another one of its photo, maybe of another size."""
+    if other is None:
+        return capture
+    factor = capture.reference.shape[0] / other.reference.shape[0]
+    across, down, roll = other.alignment
+    return replace(capture, gain=other.gain, alignment=(across * factor, down * factor, roll))
 
 
 def gain_of(capture: Capture, result: Mapping[str, Any] | None = None) -> Gain:
@@ -56,7 +61,7 @@ def alignment_of(capture: Capture, result: Mapping[str, Any] | None) -> Alignmen
     stages it is of the last one's pictures, which may have another height."""
     shift = ((result or {}).get("captures", {}).get(capture.id) or {}).get("shift")
     if shift is None:
-        return UNALIGNED
+        return capture.alignment
     across, down, roll = (float(x) for x in shift)
     height = capture.reference.shape[0]
     stages = (result or {}).get("stages") or ({"height": height},)
@@ -71,7 +76,7 @@ def alignment_in_file(capture: Capture, report: Mapping[str, Any] | None) -> Ali
     row = rows.get(capture.id) if isinstance(rows, Mapping) else None
     shift = row.get("shift") if isinstance(row, Mapping) else None
     if shift is None:
-        return UNALIGNED
+        return capture.alignment
     numbers = np.asarray(shift, object).ravel().tolist()
     good = len(numbers) == 3 and all(
         isinstance(x, (int, float)) and math.isfinite(x) for x in numbers
@@ -85,61 +90,6 @@ def alignment_in_file(capture: Capture, report: Mapping[str, Any] | None) -> Ali
     return (across * width / columns, down * height / rows_of_photo, math.radians(roll))
 
 
-def render_capture(
-    scene: Any,  # noqa: ANN401 - a native Scene
-    capture: Capture,
-    spp: int,
-    *,
-    seed: int = 0,
-    depth: int = 0,
-    threads: int = 0,
-    alignment: Alignment = UNALIGNED,
-    progress: Any = None,  # noqa: ANN401 - a native ProgressToken
-) -> np.ndarray:
-    """What the photo would show of a scene, (h, w, 3) float32, in the reference's pixels."""
-    height, width = capture.reference.shape[:2]
-    film = native.core().render(
-        under_its_lights(scene, capture),
-        capture.camera,
-        width,
-        height,
-        spp,
-        seed=seed,
-        depth=depth,
-        threads=threads,
-        frame=capture.frame,
-        alignment=alignment,
-        progress=progress,
-    )
-    return shown(film.image, capture)
-
-
-def gains_of(captures: Sequence[Capture], result: Mapping[str, Any] | None) -> dict[str, Gain]:
-    """`gain_of` each photo, by its id."""
-    return {item.id: gain_of(item, result) for item in captures}
-
-
-def alignments_of(
-    captures: Sequence[Capture], result: Mapping[str, Any] | None
-) -> dict[str, Alignment]:
-    """`alignment_of` each photo that has one, by its id."""
-    found = {item.id: alignment_of(item, result) for item in captures}
-    return {name: one for name, one in found.items() if one != UNALIGNED}
-
-
 def shown(picture: np.ndarray, capture: Capture) -> np.ndarray:
-    """A rendered picture as the photo shows it, in numbers of its kind: with `shown_noise` and
-    `rendered` all that is known of how."""
-    if capture.gain == (1.0, 1.0, 1.0):
-        return picture
+    """A picture that Cycles has rendered, or its standard deviations, times the photo's gain."""
     return picture * np.asarray(capture.gain, picture.dtype)
-
-
-def shown_noise(deviation: np.ndarray, capture: Capture) -> np.ndarray:
-    """Standard deviations of a rendered picture, as the photo shows it."""
-    return shown(deviation, capture)
-
-
-def rendered(picture: np.ndarray, capture: Capture) -> np.ndarray:
-    """(h, w, 3) float32: the render that the photo would show as `picture`."""
-    return np.ascontiguousarray(picture / np.asarray(capture.gain), np.float32)

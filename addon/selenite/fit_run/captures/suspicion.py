@@ -11,7 +11,6 @@ from ... import native
 from ..photos.background import Background, border
 from ..photos.silhouette import Silhouettes
 from .prepared import Capture
-from .render import shown, under_its_lights
 
 #: Largest difference of one colour in sRGB code values: what compression leaves.
 _EVEN = 0.02
@@ -49,14 +48,10 @@ def remark(
     small &= silhouettes.coverage(capture.camera, frame, (columns, rows)) == 0
     if not small.any():
         return ""
-    film = native.core().render(
-        under_its_lights(scene, capture), capture.camera, columns, rows, _SPP,
-        seed=_SEED, depth=depth, threads=threads,
-        frame=frame,
-    )  # fmt: skip
+    seen = native.core().Evaluator(scene, depth=depth, threads=threads)
+    film = seen.picture(capture.view((columns, rows), of_file=False), _SPP, seed=_SEED)
     photo = float(np.median(capture.reference[behind].mean(axis=-1)))
-    picture = shown(film.image, capture)
-    render = float(np.median(picture[small].mean(axis=-1)))
+    render = float(np.median(film.image[small].mean(axis=-1)))
     if photo < _BLACK:
         differs = render > _BLACK and render > _BRIGHTER * photo
     else:

@@ -42,15 +42,12 @@ class FieldUnknown(ABC):
         """As in `Body:albedo_grid`."""
         return parameters.join_name(self.owner, self.kind.parameter)
 
-    def native(self) -> dict[str, Any]:
+    def native(self) -> Any:  # noqa: ANN401 - a native Unknown
         """What the native Fit takes; the start is the scene's."""
-        return {
-            "owner": self.owner,
-            "parameter": self.kind.parameter,
-            "minimum": self.minimum,
-            "maximum": self.maximum,
-            "learning_rate": self.learning_rate * self.scale,
-        }
+        return native.core().Unknown(
+            self.owner, self.kind.parameter, self.minimum, self.maximum,
+            learning_rate=self.learning_rate * self.scale,
+        )  # fmt: skip
 
     @property
     @abstractmethod

@@ -18,7 +18,6 @@ from ...paths import file_stems
 from ...problems import BadInput, Problem, listed
 from ...scene_read.values import Owner, SceneValues, WorldValues
 from ..captures.prepared import Capture
-from ..captures.render import under_its_lights
 from ..field_kinds import KINDS
 from ..request import UnknownRequest
 from ..settings import FitSettings
@@ -107,13 +106,13 @@ def coverage(field: EnvironmentUnknown, scene: Any, captures: Sequence[Capture])
     """(h, w): what all photos, pixels weighted as they count, change by with a texel, over its
     share of the sphere. scene: native, with the image."""
     total = np.zeros(field.values.shape[:2])
+    evaluator = native.core().Evaluator(scene)
     for item in captures:
-        height, width = item.reference.shape[:2]
         if item.lights["world"]:
-            total += native.core().environment_gradient(
-                under_its_lights(scene, item), item.camera, width, height, _COVERAGE_SPP,
-                weight=item.weight, frame=item.frame,
-            ).mean(axis=2)  # fmt: skip
+            _, texels = evaluator.gradient(
+                item.native(), field.owner, field.kind.parameter, _COVERAGE_SPP
+            )
+            total += texels.mean(axis=2)
     return total / sphere.solid_angles(*total.shape)[:, None]
 
 

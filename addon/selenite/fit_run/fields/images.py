@@ -16,7 +16,6 @@ from ...paths import file_stems
 from ...problems import BadInput, Problem, listed
 from ...scene_read.values import MapValues, Owner, SceneValues, TextureValues
 from ..captures.prepared import Capture
-from ..captures.render import under_its_lights
 from ..field_kinds import KINDS
 from ..request import UnknownRequest
 from ..settings import FitSettings
@@ -149,12 +148,11 @@ def coverage(field: ImageUnknown, scene: Any, captures: Sequence[Capture]) -> np
     scene: native, with the image. The sum over the photos of the derivative of each one's mean.
     """
     total = np.zeros(field.values.shape[:2])
+    evaluator = native.core().Evaluator(scene)
     for item in captures:
-        height, width = item.reference.shape[:2]
-        _, texels = native.core().texture_gradient(
-            under_its_lights(scene, item), item.camera, width, height, _COVERAGE_SPP, field.owner,
-            weight=item.weight, frame=item.frame,
-        )  # fmt: skip
+        _, texels = evaluator.gradient(
+            item.native(), field.owner, field.kind.parameter, _COVERAGE_SPP
+        )
         total += np.abs(texels).mean(axis=2)
     return total.astype(np.float32)
 

@@ -35,7 +35,8 @@ class Silhouettes:
         for a scene that the native module refuses."""
         if self._scene is None:
             self._scene = build(self._glowing())
-        film = native.core().render(self._scene, camera, *size, _SPP, depth=1, frame=frame)
+        photo = native.core().Photo(camera, size=size, frame=frame)
+        film = native.core().Evaluator(self._scene, depth=1).picture(photo, _SPP)
         share: np.ndarray = film.image[..., 0]
         return share
 

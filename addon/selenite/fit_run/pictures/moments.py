@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..captures.render import alignment_of, as_found, render_capture
+from ..captures.render import as_found, evaluator
 from ..job import scene_at
 from ..plan import FitPlan
 from ..staging.plan import constants
@@ -82,20 +82,14 @@ class Moments:
         capture = self.plan.captures[moment.photo]
         settings = self.plan.request.settings
         passes = 1 if moment.row >= 0 else -(-settings.picture_spp // _SPP)
-        scene = self.scene(moment.row)
-        found = as_found(capture, self.result)
+        scene = evaluator(self.scene(moment.row), settings)
+        photo = as_found(capture, self.result).view()
         total = np.zeros(capture.reference.shape, np.float64)
         for number in range(passes):
-            total += render_capture(
-                scene,
-                found,
-                min(_SPP, settings.picture_spp),
-                seed=settings.seed + number,
-                depth=settings.depth,
-                threads=settings.threads,
-                alignment=alignment_of(capture, self.result),
+            total += scene.picture(
+                photo, min(_SPP, settings.picture_spp), seed=settings.seed + number,
                 progress=progress,
-            )
+            ).image  # fmt: skip
         return (total / passes).astype(np.float32)
 
     def _keep(self, moment: Moment, picture: np.ndarray) -> None:

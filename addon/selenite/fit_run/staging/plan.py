@@ -7,9 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
-from ... import parameters
+from ... import native, parameters
 from ...parameters import Values
 from ...problems import BadInput, Problem
 from ...scene_read.values import SceneValues
@@ -32,13 +30,12 @@ class Stage:
     scene: Any
     fields: tuple[FieldUnknown, ...]
 
-
-@dataclass(frozen=True)
-class Point:
-    """Where a run stands between two stages: values by name, grids by name."""
-
-    values: dict[str, Values]
-    fields: dict[str, np.ndarray]
+    def native(self) -> Any:  # noqa: ANN401 - a native Stage
+        """What the native Fit takes."""
+        return native.core().Stage(
+            self.request.name, list(self.request.parameters), [item.name for item in self.fields],
+            self.scene, [item.native() for item in self.captures], self.settings.native(),
+        )  # fmt: skip
 
 
 def named(
@@ -125,14 +122,6 @@ def active_fields(
         for field in fields
         if field.name not in waiting or any(field.name in item.parameters for item in so_far)
     ]
-
-
-def at_colours(
-    values: Mapping[str, Values], unknowns: Sequence[Unknown], fields: Sequence[FieldUnknown]
-) -> dict[str, np.ndarray]:
-    """By name those among `fields` that follow a fitted colour, filled with its value."""
-    colours = _colours(values, unknowns)
-    return {item.name: item.filled(colours[item.name]) for item in fields if item.name in colours}
 
 
 def constants(

@@ -10,7 +10,7 @@ import bpy
 from ...cycles_check.job import CheckJob, lines
 from ...cycles_check.render_settings import contents_of, set_for_fit
 from ...fit_run.answer.results import new_folder, write_results
-from ...fit_run.captures.render import alignments_of, gains_of
+from ...fit_run.captures.render import as_found
 from ...fit_run.request import RunRequest
 from ...problems import BadInput, Problem
 from ...scene_read.blender_process import ProcessFailed
@@ -90,10 +90,9 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
             if grids and (missing := grid_objects.why_not()):
                 cause, _, cure = missing.partition(": ")
                 raise BadInput(Problem("Check in Cycles", f"{cause} and cannot show grids", cure))
-            gains = gains_of(RUN.plan.captures, RUN.result) if known else {}
-            alignments = alignments_of(RUN.plan.captures, RUN.result) if known else {}
+            taken = [as_found(item, RUN.result) for item in RUN.plan.captures] if known else []
             environment = "" if applied else environment_rows.fitted(scene)
-            job = CheckJob(scene, request, values, grids, images, gains, environment, alignments)
+            job = CheckJob(scene, request, values, grids, images, taken, environment)
         except (BadInput, OSError) as error:
             _report(self, error)
             return False

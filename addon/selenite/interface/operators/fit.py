@@ -8,15 +8,15 @@ from pathlib import Path
 import bpy
 from bpy.props import StringProperty
 
+from ... import native
 from ...cycles_check.render_settings import contents_of
 from ...fit_run.answer.results import new_folder
-from ...fit_run.checkpoint import SUFFIX, Unfinished, going_on, load
+from ...fit_run.checkpoint import SUFFIX, Unfinished, load
 from ...fit_run.inputs import Inputs
 from ...fit_run.job import FitFailed, FitJob
 from ...fit_run.overall import Overall
 from ...fit_run.plan import prepare
 from ...fit_run.request import RunRequest
-from ...fit_run.staging.job import StagedJob, make_job
 from ...fit_run.staging.request import AUTO
 from ...information.conditioning import StageChoice
 from ...information.job import BackgroundJob
@@ -132,9 +132,9 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         PROBLEMS.pop(scene.name, None)
         values = yield from reading(scene)
         if resume:
-            run = going_on(load(Path(bpy.path.abspath(resume))))
+            run = load(Path(bpy.path.abspath(resume)))
         else:
-            run = Unfinished(_request(scene, values), [])
+            run = Unfinished(_request(scene, values))
         frames = (item.frame for item in run.request.captures if item.frame is not None)
         yield from reading_frames(values, frames)
         self._values, self._owners, self._packed = values, values.owners, packed_photos()
@@ -220,7 +220,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
                 RUN.message = CANCELLED
                 redraw(context)
                 return False
-            job = make_job(choice.work.plan)
+            job = FitJob(choice.work.plan)
         except BadInput as error:
             report_problems(self, error)
             return False
@@ -229,9 +229,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             return False
         return self._run(scene, job)
 
-    def _run(
-        self, scene: bpy.types.Scene, job: FitJob | StagedJob, overall: Overall | None = None
-    ) -> bool:
+    def _run(self, scene: bpy.types.Scene, job: FitJob, overall: Overall | None = None) -> bool:
         """Starts the native thread and the record on disk."""
         for text in job.plan.warnings:
             announce(self, {"WARNING"}, text)
@@ -280,7 +278,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
         last, RUN.finishing = RUN.finishing, None
         try:
-            stopped = job.progress().stopped_because
+            ended = job.progress()
         except FitFailed as error:
             RUN.drop_record()
             RUN.message = str(error)
@@ -302,7 +300,8 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         RUN.folder = last.work.folder
         RUN.recorder = last.work.open_record
         RUN.drop_record()
-        if stopped == "cancelled":
+        stopped = ended.stopped_because
+        if ended.stopped == native.core().StopReason.CANCELLED:
             stopped = "you stopped it; the best values so far are kept"
         RUN.message = f"Stopped because: {stopped}"
         keep_result(scene)
@@ -333,7 +332,7 @@ def _request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
         raise BadInput([*values.problems, *error.problems]) from error
 
 
-def _work_after(job: FitJob | StagedJob) -> Finishing:
+def _work_after(job: FitJob) -> Finishing:
     """It has the record of the run to close."""
     scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
     folder = output_folder(scene) if scene is not None else Path()

@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import bpy
 
+from ...fit_run.captures.prepared import Capture
+from ...fit_run.captures.render import as_found, like
 from ...fit_run.request import RunRequest, UnknownRequest
 from ...next_camera import report
 from ...next_camera.suggestion import Suggestion, suggestion_of
@@ -20,7 +22,7 @@ from ...scene_read.values import SceneValues
 from ...write_back.cameras import add_camera
 from ..request import run_request
 from ..rows import fields as field_rows
-from ..state import CANCELLED, NEXT
+from ..state import CANCELLED, NEXT, RUN
 from ..texts import announce
 from ..ticking import CancelsWork, WorksInThread
 
@@ -42,7 +44,11 @@ class SELENITE_OT_suggest_camera(WorksInThread):
         values.bodies = judge_bodies(values)
         known = _known(scene, values)
         request = _at(run_request(scene, values), known)
-        return suggestion_of(values, request, packed_photos(), known)
+        taken = _taken(scene)
+        return suggestion_of(
+            values, request, packed_photos(), known,
+            as_taken=lambda capture: like(capture, taken.get(capture.id)),
+        )  # fmt: skip
 
     def _end(self, work: Suggestion | None) -> set[str]:
         scene: bpy.types.Scene | None = bpy.data.scenes.get(NEXT.scene_name)
@@ -78,6 +84,13 @@ def _known(scene: bpy.types.Scene, values: SceneValues) -> dict[tuple[str, str],
         and row.owner in values.owners
         and row.parameter in values.owners[row.owner].values
     }
+
+
+def _taken(scene: bpy.types.Scene) -> dict[str, Capture]:
+    """Photos of the last fit with the gains and alignments that it has found, by id."""
+    if RUN.plan is None or RUN.result is None or RUN.scene_name != scene.name:
+        return {}
+    return {item.id: as_found(item, RUN.result) for item in RUN.plan.captures}
 
 
 def _at(request: RunRequest, known: dict[tuple[str, str], Values]) -> RunRequest:

@@ -9,7 +9,6 @@ import bpy
 from bpy.props import StringProperty
 
 from ...fit_run.job import FitFailed, FitJob
-from ...fit_run.staging.job import StagedJob
 from ...scene_read.reading.render_depsgraph import Reading
 from ..output_folder import output_folder
 from ..running.work import Saving
@@ -90,7 +89,7 @@ class SELENITE_OT_cancel(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def _ends_within(job: FitJob | StagedJob, seconds: float) -> bool:
+def _ends_within(job: FitJob, seconds: float) -> bool:
     """Whether a job that was cancelled comes to its end so soon."""
     until = time.monotonic() + seconds
     while time.monotonic() < until:

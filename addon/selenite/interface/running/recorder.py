@@ -11,7 +11,6 @@ from ...fit_run.checkpoint import Recorder
 from ...fit_run.inputs import Inputs
 from ...fit_run.job import FitJob
 from ...fit_run.request import RunRequest
-from ...fit_run.staging.job import StagedJob
 from ...information.job import Step
 
 
@@ -34,7 +33,7 @@ class BackgroundRecorder:
         """Why the newest state is not on disk, "" if it is."""
         return self._recorder.trouble
 
-    def update(self, job: FitJob | StagedJob) -> str:
+    def update(self, job: FitJob) -> str:
         """Begins to write, if that is due. Returns why the last time failed, "" where it did not or
         where that was returned already."""
         if self.is_writing:

@@ -15,7 +15,6 @@ from ...fit_run.inputs import Inputs, changes, inputs_of
 from ...fit_run.job import FitJob
 from ...fit_run.overall import Overall
 from ...fit_run.plan import FitPlan, prepare
-from ...fit_run.staging.job import StagedJob, make_job
 from ...information.job import Step
 from ...problems import BadInput
 from ...scene_read.geometry.bodies import judge_bodies
@@ -47,7 +46,7 @@ class Preparing:
         self._stop = threading.Event()
         self.plan: FitPlan | None = None
         self.inputs: Inputs | None = None
-        self.job: FitJob | StagedJob | None = None
+        self.job: FitJob | None = None
         self.overall: Overall | None = None
 
     def steps(self) -> Iterator[Step]:
@@ -69,7 +68,7 @@ class Preparing:
         self.inputs = before or now
         yield Step(0.8, "preparing the fit")
         if self._makes_job:
-            self.job = make_job(self.plan, self._run.parts, self._run.state)
+            self.job = FitJob(self.plan, self._run.state)
             self.overall = Overall(self.plan)
 
     def cancel(self) -> None:
@@ -124,7 +123,7 @@ class Finishing(_Writing):
     `open_record`: it, where the disk is still busy with it: who presses Esc need not wait."""
 
     def __init__(
-        self, job: FitJob | StagedJob, parent: Path, host: str, recorder: BackgroundRecorder | None
+        self, job: FitJob, parent: Path, host: str, recorder: BackgroundRecorder | None
     ) -> None:
         """job: at its end. recorder: of the run, which is closed at the end unless it writes."""
         super().__init__(job.plan, parent, host, "comparing lights")

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "fit/photo/camera_alignment.h"
 #include "render/driver/render.h"
 #include "render/film/film.h"
 #include "scene/lights/light_state.h"
@@ -43,8 +44,8 @@ enum class GainFreedom { kNone, kScalar, kRgb };
 
 /// A photo at working size. Several photos may be of one camera: under different light, say.
 ///
-/// What differs from photo to photo has its place here: a gain, the response of its camera, which
-/// lamps were on, the distortion of its lens. `resized` carries it along and `fingerprint` includes
+/// What differs from photo to photo has its place here: a gain, the alignment of its camera, which
+/// lamps were on. `resized` carries it along and `fingerprint` includes
 /// it; no other function copies or identifies a photo.
 struct Photo {
   std::string id;  ///< unique in a fit; `check_photos` sets an empty one to the camera's name
@@ -55,12 +56,17 @@ struct Photo {
   std::vector<float> weight;  ///< per pixel, >= 0; 0 = background, clipped or not a number
   PhotoParameters values{};   ///< what is not unknown of them
   GainFreedom gain_freedom = GainFreedom::kNone;  ///< of a factor on `values.gain`
-  bool align = false;   ///< whether a fit finds a small shift and roll of its camera
+  Alignment alignment{};                          ///< of its camera, in pixels of this size
+  bool align = false;   ///< whether a fit finds a small one, from `alignment` on
   LightState lights{};  ///< which were on, and where
 
   /// What is rendered of it; null: all.
   std::shared_ptr<const PixelMask> pixels;
 
+  /// The camera from which it was taken. UnknownName: no such camera.
+  Camera camera_in(const Scene& scene) const {
+    return alignment.apply(scene.camera(camera), width, height, frame);
+  }
   std::size_t size() const { return reference.size(); }
   /// Weight of a pixel and channel: with it a weighted sum over pixels and channels is a mean.
   double share(std::size_t pixel) const { return weight[pixel] / (3 * total_weight); }

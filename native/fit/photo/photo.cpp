@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/problem/photo.h"
+#include "fit/photo/photo.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <set>
 
-#include "fit/problem/problem_list.h"
 #include "math/error.h"
 #include "math/hash.h"
+#include "math/problem_list.h"
 
 namespace selenite {
 namespace {
@@ -98,6 +98,7 @@ Photo Photo::resized(int longest) const {
   small.height = std::max(1, static_cast<int>(std::lround(height * scale)));
   const FrameWindow& window = frame.window;
   small.frame = {frame.aspect, width, height, window};
+  small.alignment = alignment.scaled(static_cast<double>(small.width) / width);
   if (!(small.frame.aspect > 0))
     small.frame.aspect = static_cast<double>(width) / (window.right - window.left) /
                          (height / (window.bottom - window.top));
@@ -147,6 +148,9 @@ std::uint64_t Photo::fingerprint() const {
        {frame.window.left, frame.window.top, frame.window.right, frame.window.bottom})
     sum = mix64(sum ^ std::bit_cast<std::uint64_t>(side));
   sum = mix64(sum ^ lights.fingerprint());
+  if (alignment != Alignment{})  // without one a photo stays that of the checkpoints there are
+    for (const double part : {alignment.x, alignment.y, alignment.roll})
+      sum = mix64(sum ^ std::bit_cast<std::uint64_t>(part));
   PhotoParameters parameters = values;
   visit_fields(parameters, [&](const Parameter&, const double* first, int width) {
     for (int i = 0; i < width; ++i) sum = mix64(sum ^ std::bit_cast<std::uint64_t>(first[i]));

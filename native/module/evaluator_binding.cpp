@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <pybind11/stl.h>
+
+#include <memory>
+#include <utility>
+
+#include "fit/inference/fisher_information.h"
+#include "fit/photo/photo_render.h"
+#include "fit/problem/fields.h"
+#include "module/arrays.h"
+#include "module/bindings.h"
+#include "module/named_film.h"
+#include "render/driver/field_gradient.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace selenite {
+namespace {
+
+/// What photos show of a scene at its values.
+struct PhotoScene {
+  Scene scene;
+  int depth = 0, threads = 0, lanes = 0;
+
+  Sampling sampling(int spp, std::uint64_t seed) const {
+    return {spp, seed, depth, threads, lanes};
+  }
+};
+
+NamedFilm picture(const PhotoScene& self, const Photo& photo, int spp, std::uint64_t seed,
+                  const std::vector<ParameterName>& parameters, Progress* progress) {
+  NamedFilm out = film_of(self.scene, parameters);
+  const py::gil_scoped_release release;
+  out.film = render_photo(self.scene, photo, out.layout, self.sampling(spp, seed), progress);
+  return out;
+}
+
+PhotoJacobian jacobian(const PhotoScene& self, const Photo& photo,
+                       const std::vector<UnknownParameter>& asked, int spp, std::uint64_t seed,
+                       Progress* progress) {
+  const Unknowns unknowns(self.scene, asked);
+  const py::gil_scoped_release release;
+  photo.lights.check(self.scene, "Photo '" + photo.id + "': ");
+  return photo_jacobian(self.scene, unknowns, photo,
+                        render_settings(photo, self.sampling(spp, seed)), progress);
+}
+
+double misfit(const PhotoScene& self, Photo photo, int spp, std::uint64_t seed,
+              Progress* progress) {
+  check_photo(photo);
+  const py::gil_scoped_release release;
+  const Film film =
+      render_photo(self.scene, photo, SlotLayout(), self.sampling(spp, seed), progress);
+  return relative_misfit(film, photo);
+}
+
+struct FieldShape {
+  FieldRef ref;
+  int height, width;
+};
+
+FieldShape image_of(const Scene& scene, const std::string& owner, const std::string& parameter) {
+  if (parameter == kBaseColorTexture) {
+    const ImageRef unknown{scene.material(owner)};
+    const Texture& image = *scene.image(unknown).texture;
+    return {unknown, image.height(), image.width()};
+  }
+  if (parameter == kEnvironment) {
+    const EnvironmentMap& image = scene.environment();
+    return {EnvironmentRef{}, image.height(), image.width()};
+  }
+  throw InvalidArgument("gradient: '" + parameter + "' is not an image; give " +
+                        std::string(kBaseColorTexture) + " or " + std::string(kEnvironment));
+}
+
+/// A loss of what the photo shows, by what is rendered of it.
+PixelLoss loss_of(const Photo& photo, bool squared) {
+  const Colorf gain(photo.values.gain);
+  if (!squared) {
+    PixelLoss mean =
+        mean_of_pixels(photo.weight.empty() ? std::vector<float>(photo.size(), 1) : photo.weight);
+    return [mean = std::move(mean), gain](std::size_t pixel, const Film& film) {
+      PixelSlope found = mean(pixel, film);
+      return PixelSlope{found.slope * gain, found.curvature * gain};
+    };
+  }
+  Picture reference = photo.reference;
+  for (Colorf& pixel : reference) pixel = pixel / gain;
+  return [error = squared_error(reference), square = gain * gain](std::size_t pixel,
+                                                                  const Film& film) {
+    PixelSlope found = error(pixel, film);
+    return PixelSlope{found.slope * square, found.curvature * square};
+  };
+}
+
+std::pair<NamedFilm, py::array_t<double>> gradient(const PhotoScene& self, const Photo& photo,
+                                                   const std::string& owner,
+                                                   const std::string& parameter, int spp,
+                                                   const std::string& loss, std::uint64_t seed,
+                                                   Progress* progress) {
+  const FieldShape field = image_of(self.scene, owner, parameter);
+  if (loss != "mean" && loss != "squared_error")
+    throw InvalidArgument("gradient: loss = '" + loss + "' is not mean or squared_error");
+  NamedFilm out;
+  if (parameter == kBaseColorTexture)
+    for (int c = 0; c < 3; ++c) {
+      out.layout.rows.push_back({0, c, c});
+      out.unknowns.emplace_back(owner, parameter, c);
+    }
+  auto texels = std::make_unique<std::vector<double>>();
+  {
+    const py::gil_scoped_release release;
+    photo.lights.check(self.scene, "Photo '" + photo.id + "': ");
+    FieldGradient found =
+        render_field_gradient(photo.lights.applied_to(self.scene), photo.camera_in(self.scene),
+                              {field.ref}, render_settings(photo, self.sampling(spp, seed)),
+                              loss_of(photo, loss == "squared_error"), progress);
+    out.film = std::move(found.film);
+    apply_gain(Colorf(photo.values.gain), out.film);
+    *texels = std::move(found.fields[0]);
+  }
+  // The array owns the sums: they are the larger part of a small picture's memory.
+  const py::capsule owned(texels.get(),
+                          [](void* sums) { delete static_cast<std::vector<double>*>(sums); });
+  const double* values = texels.release()->data();
+  return {std::move(out), py::array_t<double>({field.height, field.width, 3}, values, owned)};
+}
+
+}  // namespace
+
+void bind_evaluator(py::module_& m) {
+  py::class_<PhotoScene>(m, "Evaluator", R"(What photos show of a scene at its values: under their
+lights, from their cameras as aligned, times their gains.
+
+Args:
+    scene: copied; geometry is shared.
+    depth, threads, lanes: as for `render`.)")
+      .def(py::init([](const Scene& scene, int depth, int threads, int lanes) {
+             return PhotoScene{scene, depth, threads, lanes};
+           }),
+           "scene"_a, py::kw_only(), "depth"_a = 0, "threads"_a = 0, "lanes"_a = 0)
+      .def("picture", &picture, "photo"_a, "spp"_a, py::kw_only(), "seed"_a = 0,
+           "parameters"_a = std::vector<ParameterName>{}, "progress"_a = py::none(),
+           R"(Film of the photo's size, with the Jacobian by `parameters` [(owner, name), ...].
+
+Raises ValueError, KeyError, Cancelled.)")
+      .def(
+          "jacobian", &jacobian, "photo"_a, "unknowns"_a, "spp"_a, py::kw_only(), "seed"_a = 0,
+          "progress"_a = py::none(),
+          R"(PhotoJacobian of the unknowns at their starts: in four portions, as a refinement pass of
+a fit does; its pixels take no part. Raises ValueError (spp below 8, more than 32 slots), KeyError,
+Cancelled.)")
+      .def(
+          "gradient", &gradient, "photo"_a, "owner"_a, "parameter"_a, "spp"_a, py::kw_only(),
+          "loss"_a = "mean", "seed"_a = 0, "progress"_a = py::none(),
+          R"((Film, derivative of a loss by each number of an image, (height, width, 3) float64, row 0
+at the top), as the image holds them.
+
+parameter: "base_color_texture" of a material or "environment" of the world. loss: "mean" of the
+picture, weighted by the photo's weight, or the unbiased "squared_error" against its pixels, the
+mean over them; each channel for itself. The film's Jacobian is that by a shift of the whole
+(decoded) image of a material.
+Raises ValueError (no image, one with alpha, a subsurface, weights), KeyError, Cancelled.)")
+      .def("misfit", &misfit, "photo"_a, "spp"_a, py::kw_only(), "seed"_a = 0,
+           "progress"_a = py::none(),
+           R"(Mean square of what the photo differs by from a render beyond the render's noise, in
+units of its brightness. Raises ValueError, KeyError, Cancelled.)");
+}
+
+}  // namespace selenite
