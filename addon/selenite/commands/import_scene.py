@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..paths import absolute, is_folder
-from ..problems import BadInput, Problem
+from ..problems import Problem
 from ..scene_read.capture_request import MOST_ERODED, PACKED
 from .arguments import input_file, output_file, stop_if
 from .terminal import bar, say, say_saved
@@ -118,20 +118,16 @@ def _folder(argument: str, text: str | None, problems: list[Problem]) -> Path | 
 
 def _save(path: Path) -> str:
     """Blender writes beside `path` and renames. Returns the new name of a file that was there, or
-    "". Raises BadInput."""
+    "". Raises BadInput, Failed."""
     import bpy
 
+    from ..scene_read.blend_file import whole_blend
     from ..write_back import replaced_file_kept
 
-    try:
-        with replaced_file_kept(str(path)) as kept:
-            bpy.ops.wm.save_as_mainfile(
-                filepath=str(path), check_existing=False, relative_remap=False, compress=False
-            )
-    except RuntimeError as error:
-        cause = " ".join(str(error).removeprefix("Error: ").split())
-        title = f"File '{path}'"
-        raise BadInput(Problem(title, f"cannot be written ({cause})", "give another")) from error
+    with replaced_file_kept(str(path)) as kept, whole_blend(str(path), "give another"):
+        bpy.ops.wm.save_as_mainfile(
+            filepath=str(path), check_existing=False, relative_remap=False, compress=False
+        )
     return kept
 
 
