@@ -12,7 +12,7 @@ from typing import Any
 from .json_text import json_text
 
 
-def name_beside(path: Path) -> Path:
+def partial_name(path: Path) -> Path:
     """Of a file until it is whole, in the same folder: hidden, its own, and short, as that of
     `path` may be as long as a file system permits."""
     return path.with_name(f".selenite-{secrets.token_hex(8)}.partial")
@@ -20,7 +20,7 @@ def name_beside(path: Path) -> Path:
 
 def write_bytes(path: Path, data: bytes) -> None:
     """Writes beside `path` and renames; what stood there stays until then. Raises OSError."""
-    partial = name_beside(path)
+    partial = partial_name(path)
     try:
         with partial.open("wb") as file:
             file.write(data)

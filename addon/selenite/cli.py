@@ -22,6 +22,7 @@ from typing import Any, TextIO
 
 from . import __version__
 from .commands import addon_settings
+from .commands.grouping import grouped
 from .commands.parser import build_parser
 from .commands.terminal import say
 from .json_text import json_text
@@ -178,8 +179,9 @@ def _report(command: str, report: dict[str, Any], json_out: TextIO | None) -> in
     if "error" in report:
         say(f"{command}: {' '.join(str(report['error']).split())}")
         status = 1
-    for problem in report.get("problems", ()):  # `check` reports them with all the rest
-        say(f"{command}: {Problem(**problem).line()}")
+    problems = [Problem(**problem) for problem in report.get("problems", ())]  # of `check` too
+    for line in grouped(problem.line() for problem in problems):
+        say(f"{command}: {line}")
         status = 2
     if json_out is not None:
         try:

@@ -31,6 +31,7 @@ from . import arguments
 from .capture_arguments import captures_from
 from .environment_arguments import with_environment
 from .fit_results import deliver
+from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import bar, say
 
@@ -62,7 +63,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         checks = not missing
         if missing:
             say(f"warning: {grids[0]}: the check in Cycles is left out: {missing}")
-    for text in plan.warnings:
+    for text in grouped(plan.warnings):
         say(f"warning: {text}")
     say(f"model {plan.model}")
     if plan.request.staging:

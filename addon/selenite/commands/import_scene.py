@@ -15,6 +15,7 @@ from ..paths import absolute, is_folder
 from ..problems import Problem
 from ..scene_read.capture_request import MOST_ERODED, PACKED
 from .arguments import input_file, output_file, stop_if
+from .grouping import grouped
 from .terminal import bar, say, say_saved
 
 if TYPE_CHECKING:
@@ -192,7 +193,7 @@ def _say(report: dict[str, Any], undistort: bool, kept: str) -> None:
         say(f"mesh '{mesh['name']}': {counts}{shown}")
     if any(item["distorted"] for item in report["cameras"]) and not undistort:
         say("the lens distorts the photos; a fit undoes it, Blender's background images do not")
-    for text in report["warnings"]:
+    for text in grouped(report["warnings"]):
         say(f"warning: {text}")
     say("light: an even white world of strength 1 stands in; set or fit your own")
     say_saved(report["saved"], kept)

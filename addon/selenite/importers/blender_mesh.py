@@ -15,8 +15,8 @@ import mathutils
 import numpy as np
 
 from ..scene_read import hosts
+from .appearance import Appearances, of_gltf, of_obj
 from .blender_material import COLORS
-from .looks import Looks, of_gltf, of_obj
 from .obj_scan import ObjScan, scan, write_copy
 from .readers.files import shortened
 from .reconstruction import MeshMaterial, ReconstructedMesh, ReconstructionError
@@ -70,7 +70,7 @@ def read_with_blender(file: Path) -> tuple[tuple[ReconstructedMesh, ...], tuple[
     remarks: list[str] = []
     scanned = scan(file) if file.suffix.lower() == ".obj" else None
     offset = np.zeros(3) if scanned is None else scanned.offset
-    looks = of_gltf(file, remarks) if scanned is None else of_obj(file, scanned, remarks)
+    appearances = of_gltf(file, remarks) if scanned is None else of_obj(file, scanned, remarks)
     with _scratch_scene() as scene:
         before = set(bpy.data.user_map())
         try:
@@ -78,7 +78,7 @@ def read_with_blender(file: Path) -> tuple[tuple[ReconstructedMesh, ...], tuple[
                 _import(readable)
             graph = bpy.context.evaluated_depsgraph_get()
             made = [item for item in scene.objects if item.type == "MESH"]
-            found = [_neutral(item.evaluated_get(graph), looks) for item in made]
+            found = [_neutral(item.evaluated_get(graph), appearances) for item in made]
             meshes = tuple(replace(one, positions=one.positions + offset) for one in found)
         except (RuntimeError, AttributeError, ImportError, OSError, IndexError, KeyError) as error:
             cure = "export the mesh again, as OBJ or X3D"
@@ -178,7 +178,7 @@ def world_triangles(
     return placed, triangles.reshape(-1, 3)
 
 
-def _neutral(item: bpy.types.Object, looks: Looks) -> ReconstructedMesh:
+def _neutral(item: bpy.types.Object, appearances: Appearances) -> ReconstructedMesh:
     mesh = item.to_mesh()
     positions, triangles = world_triangles(mesh, item.matrix_world)
     corners = hosts.whole_numbers(mesh.loop_triangles, "loops", 3)
@@ -192,7 +192,7 @@ def _neutral(item: bpy.types.Object, looks: Looks) -> ReconstructedMesh:
         )
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = (normals / np.where(lengths > 0, lengths, 1)).reshape(-1, 3, 3)
-    materials, material_of, uvs = _materials(item, looks, maps)
+    materials, material_of, uvs = _materials(item, appearances, maps)
     return ReconstructedMesh(
         name=item.name,
         positions=positions,
@@ -219,7 +219,7 @@ def _colors(mesh: bpy.types.Mesh) -> np.ndarray | None:
 
 
 def _materials(
-    item: bpy.types.Object, looks: Looks, maps: dict[str, np.ndarray]
+    item: bpy.types.Object, appearances: Appearances, maps: dict[str, np.ndarray]
 ) -> tuple[tuple[MeshMaterial, ...], np.ndarray | None, np.ndarray | None]:
     """Those that faces have, which each of `loop_triangles` has, and where in its picture each
     corner lies. maps: (triangles, 3, 2) by name, the usual one first."""
@@ -233,16 +233,16 @@ def _materials(
     found = []
     for number, index in enumerate(used):
         slot = item.material_slots[index] if len(item.material_slots) else None
-        look = looks.of(slot.material if slot is not None else None)
-        material = look.material
+        shown = appearances.of(slot.material if slot is not None else None)
+        material = shown.material
         if uvs is not None and usual is not None:
             faces = which == number
-            placed = maps.get(look.uv_map, usual)[faces].astype(np.float64)
-            uvs[faces] = placed @ look.placed[:, :2].T + look.placed[:, 2]
+            placed = maps.get(shown.uv_map, usual)[faces].astype(np.float64)
+            uvs[faces] = placed @ shown.placed[:, :2].T + shown.placed[:, 2]
             if material.texture is not None and _within(uvs[faces]):
                 material = replace(material, extension="REPEAT")  # it ends nowhere inside
             elif material.texture is not None:
-                looks.note_wrap(look)
+                appearances.note_wrap(shown)
         found.append(material)
     if len(found) < 2:
         return tuple(found) or (MeshMaterial(),), None, uvs

@@ -24,8 +24,8 @@ _OPTIONS = {
 }  # fmt: skip
 _PLACES = ("-o", "-s", "-t")
 #: Options that change what is seen, and statements that do.
-_TOLD_OPTIONS = ("-cc", "-clamp", "-imfchan", "-mm", "-t")
-_TOLD = (
+_REPORTED_OPTIONS = ("-cc", "-clamp", "-imfchan", "-mm", "-t")
+_REPORTED = (
     "map_d",
     "map_bump",
     "bump",
@@ -43,7 +43,7 @@ _TOLD = (
 class ObjMaterial:
     """scale, offset: of texture coordinates, times one and then plus the other."""
 
-    look: MeshMaterial
+    shown: MeshMaterial
     scale: tuple[float, float] = (1.0, 1.0)
     offset: tuple[float, float] = (0.0, 0.0)
 
@@ -74,14 +74,14 @@ def materials_of(file: Path, scan: ObjScan) -> tuple[dict[str, ObjMaterial], lis
 
 def _libraries(file: Path, name: str) -> list[Path]:
     """One file whose name may have spaces, or several that spaces part."""
-    whole = _beside(file, name)
+    whole = _picture_at(file, name)
     if whole is not None:
         return [whole]
-    parts = [_beside(file, part) for part in name.split()]
+    parts = [_picture_at(file, part) for part in name.split()]
     return [part for part in parts if part is not None] if None not in parts else []
 
 
-def _beside(file: Path, name: str) -> Path | None:
+def _picture_at(file: Path, name: str) -> Path | None:
     """Below the folder of `file`, whatever the case; of a path that leads elsewhere its last
     part."""
     plain = name.strip().strip('"').replace("\\", "/")
@@ -114,7 +114,7 @@ class _Library:
             self._set_color(rest)
         elif word == "map_kd" and rest:
             self._set_picture(rest)
-        elif word in _TOLD and rest:
+        elif word in _REPORTED and rest:
             self._say(f"its {word} is not read")
         elif word in ("d", "tr"):
             opaque = "1" if word == "d" else "0"
@@ -130,7 +130,7 @@ class _Library:
         except ValueError:  # spectral, or broken: white
             return
         before = self.materials[self._name]
-        if before.look.texture is None and all(0 <= part <= 1 for part in (red, green, blue)):
+        if before.shown.texture is None and all(0 <= part <= 1 for part in (red, green, blue)):
             self.materials[self._name] = ObjMaterial(
                 MeshMaterial(self._name, None, color=(red, green, blue))
             )
@@ -147,13 +147,13 @@ class _Library:
                 offset = _pair(values, 0.0)
             elif option == "-s" and values:
                 scale = _pair(values, 1.0)
-            elif option in _TOLD_OPTIONS and values != ["off"]:
+            elif option in _REPORTED_OPTIONS and values != ["off"]:
                 text = " ".join([option, *values])
                 self._say(f"the option {shortened(text)} of its texture is not read")
         name = " ".join(words)
         # Spaces of a name count, wherever the words stand.
         name = rest[rest.index(words[0]) :] if words and rest.endswith(words[-1]) else name
-        picture = _beside(self._file, name)
+        picture = _picture_at(self._file, name)
         if picture is None:
             self._remarks.append(
                 f"the texture '{shortened(name)}' of material '{shortened(self._name)}' is not "
@@ -163,8 +163,8 @@ class _Library:
             self._say(
                 f"its texture '{shortened(name)}' is not there; '{picture.name}' takes its place"
             )
-        look = MeshMaterial(self._name, picture, color=WHITE)
-        self.materials[self._name] = ObjMaterial(look, scale, offset)
+        shown = MeshMaterial(self._name, picture, color=WHITE)
+        self.materials[self._name] = ObjMaterial(shown, scale, offset)
 
 
 def _leading_numbers(words: list[str]) -> list[str]:

@@ -23,7 +23,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..atomic_files import name_beside
+from ..atomic_files import partial_name
 from ..grid_files import MOST_NUMBERS, MOST_PER_AXIS
 
 _NAMES = ("openvdb", "pyopenvdb")
@@ -100,7 +100,7 @@ def write(path: str, grids: Sequence[VdbGrid], source: str = "") -> None:
 def _write_whole(vdb: ModuleType, path: Path, grids: list[Any], metadata: Any) -> None:  # noqa: ANN401
     """Beside `path`, which it takes the place of once it can be read again: the module does not say
     that a disk took no more of it. Raises whatever the module raises, and OSError."""
-    partial = name_beside(path)
+    partial = partial_name(path)
     try:
         with _in_utf8(str(partial)) as name:
             vdb.write(name, grids, metadata)

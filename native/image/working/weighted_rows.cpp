@@ -87,10 +87,16 @@ const WeightedRows::Row& WeightedRows::at(int y) {
     part.row(y, mask.data());
     for (std::size_t x = 0; x < width; ++x) row.weight[x] *= mask[x];
   }
+  const float* weight = row.weight.data();
+  const PixelUse* use = row.use.data();
+  std::uint8_t *inside = row.inside.data(), *counts = row.counts.data();
+  PixelCounts of_row;
+  for (std::size_t x = 0; x < width; ++x) of_row.add(use[x]);
+  counts_.add(of_row);
   for (std::size_t x = 0; x < width; ++x) {
-    counts_.add(row.use[x]);
-    row.inside[x] = row.weight[x] > 0;
-    row.counts[x] = row.weight[x] > 0 && row.use[x] == PixelUse::kCounts;
+    const bool is_inside = weight[x] > 0;
+    inside[x] = is_inside;
+    counts[x] = is_inside && use[x] == PixelUse::kCounts;
   }
   isolated_.add(y, row.rgb.data(), row.inside.data());
   return row;

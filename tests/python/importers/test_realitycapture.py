@@ -252,6 +252,8 @@ def test_reprojection_from_csv(tmp_path: Path, head: str, separator: str) -> Non
     path.write_text(f"{head}\n{row(csv_camera())}\n".replace(",", separator))
     found = read_reconstruction(path)
     assert worst(found, [csv_camera()]) < MOST and found.cameras[0].photo == "IMG_0001.jpg"
+    path.write_bytes(path.read_bytes().replace(b"\n", b"\r"))
+    assert worst(read_reconstruction(path), [csv_camera()]) < MOST
 
 
 def test_a_camera_of_csv_looks_down_and_north_is_up(tmp_path: Path) -> None:

@@ -66,9 +66,9 @@ def picture(text: str, place: Place, remarks: list[str]) -> Path | None:
             elsewhere = elsewhere or address
             # A path of the computer where it was written: the picture came along beside the file.
             last = address.replace("\\", "/").rpartition("/")[2]
-            beside = in_any_case(place.file.parent, last) if _PATH.match(address) else None
-            if beside is not None:
-                return beside
+            local = in_any_case(place.file.parent, last) if _PATH.match(address) else None
+            if local is not None:
+                return local
             continue
         for name in (address, unquote(address)):
             # Backslashes part folders where these files are written, not where they are read.

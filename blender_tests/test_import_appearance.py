@@ -127,10 +127,10 @@ def test_a_factor_is_part_of_the_base_colour(tmp_path, capsys, has_picture):
     factor = (0.5, 0.25, 0.8)
 
     def edit(content):
-        look = content["materials"][0]["pbrMetallicRoughness"]
-        look["baseColorFactor"] = [*factor, 1.0]
+        shown = content["materials"][0]["pbrMetallicRoughness"]
+        shown["baseColorFactor"] = [*factor, 1.0]
         if not has_picture:
-            del look["baseColorTexture"]
+            del shown["baseColorTexture"]
 
     words, texels = written(tmp_path, "box.gltf", edit=edit)
     _, mesh, node = opened(capsys, words, tmp_path)

@@ -28,7 +28,7 @@ _MIRROR = (3, 5, 0)  # the version from which an Image Texture mirrors
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class Appearance:
     """uv_map: the name of the one that its picture takes, "" for the usual. placed: (2, 3), from
     its texture coordinates to those of the picture. mixed_wrap: see BaseColor."""
 
@@ -38,65 +38,65 @@ class Look:
     mixed_wrap: bool = False
 
 
-class Looks(ABC):
+class Appearances(ABC):
     """By Blender's material; remarks are made once for each."""
 
     def __init__(self, remarks: list[str]) -> None:
         self._remarks = remarks
-        self._known: dict[str, Look] = {}
+        self._known: dict[str, Appearance] = {}
 
-    def of(self, material: bpy.types.Material | None) -> Look:
+    def of(self, material: bpy.types.Material | None) -> Appearance:
         """None: faces without one."""
         name = "" if material is None else material.name
         if name not in self._known:
             self._known[name] = self._read(material, name)
         return self._known[name]
 
-    def note_wrap(self, look: Look) -> None:
+    def note_wrap(self, shown: Appearance) -> None:
         """Of a picture beside which faces reach."""
-        if look.mixed_wrap:
+        if shown.mixed_wrap:
             self._remarks.append(
-                f"material '{shortened(look.material.name)}': its texture wraps in one way across "
+                f"material '{shortened(shown.material.name)}': its texture wraps in one way across "
                 "and in another down, which is not read: it repeats both ways"
             )
 
     @abstractmethod
-    def _read(self, material: bpy.types.Material | None, name: str) -> Look: ...
+    def _read(self, material: bpy.types.Material | None, name: str) -> Appearance: ...
 
 
-def of_obj(file: Path, scanned: ObjScan, remarks: list[str]) -> Looks:
+def of_obj(file: Path, scanned: ObjScan, remarks: list[str]) -> Appearances:
     """By the libraries of materials."""
     return _OfObj(file, scanned, remarks)
 
 
-def of_gltf(file: Path, remarks: list[str]) -> Looks:
+def of_gltf(file: Path, remarks: list[str]) -> Appearances:
     """By nodes."""
     return _OfGltf(file, remarks)
 
 
-class _OfObj(Looks):
+class _OfObj(Appearances):
     def __init__(self, file: Path, scanned: ObjScan, remarks: list[str]) -> None:
         super().__init__(remarks)
         self._materials, found = materials_of(file, scanned)
         remarks += found
         self._cut = {_cut(name): name for name in self._materials}
 
-    def _read(self, material: bpy.types.Material | None, name: str) -> Look:
+    def _read(self, material: bpy.types.Material | None, name: str) -> Appearance:
         # The open file, or another one of the library, may have had one of the name.
         names = (name, name.rpartition(".")[0])
         own = next((self._cut[one] for one in names if one in self._cut), None)
         if own is None:
-            return Look(MeshMaterial(name))
+            return Appearance(MeshMaterial(name))
         found = self._materials[own]
         placed = np.column_stack([np.diag(found.scale), found.offset])
-        return Look(found.look, placed=placed)
+        return Appearance(found.shown, placed=placed)
 
 
 def _cut(name: str) -> str:
     return name.encode()[:_LONGEST].decode(errors="ignore")
 
 
-class _OfGltf(Looks):
+class _OfGltf(Appearances):
     def __init__(self, file: Path, remarks: list[str]) -> None:
         super().__init__(remarks)
         self._file = file
@@ -106,22 +106,22 @@ class _OfGltf(Looks):
             for name in _missing_pictures(file)
         ]
 
-    def _read(self, material: bpy.types.Material | None, name: str) -> Look:
+    def _read(self, material: bpy.types.Material | None, name: str) -> Appearance:
         found = base_color(material)
         texture = next(
             (one for image in found.images if (one := self._picture(image)) is not None), None
         )
-        look = MeshMaterial(name, texture, found.color)
+        shown = MeshMaterial(name, texture, found.color)
         if texture is not None:
             extension = "REPEAT" if found.mixed_wrap else found.extension
-            look = replace(look, times_colors=found.times_colors, extension=extension)
+            shown = replace(shown, times_colors=found.times_colors, extension=extension)
             if found.times_colors:
                 self._remarks.append(
                     f"material '{shortened(name)}': its texture is multiplied by vertex colours; "
                     "to fit the image alone, link it to the base colour itself"
                 )
         self._remarks += self._said(name, found)
-        return Look(look, found.uv_map, found.placed, found.mixed_wrap)
+        return Appearance(shown, found.uv_map, found.placed, found.mixed_wrap)
 
     def _picture(self, image: bpy.types.Image) -> Path | PackedPicture | None:
         """A file in the folder of the mesh or inside, or what the mesh's file holds."""
@@ -134,16 +134,18 @@ class _OfGltf(Looks):
         return None
 
     def _said(self, name: str, found: BaseColor) -> list[str]:
-        title = f"material '{shortened(name)}'"
+        name = shortened(name)
         said = []
         if len(set(found.images)) > 1:
-            said.append(f"{title}: of its textures of colour only the first is used")
+            said.append(f"material '{name}': of its textures of colour only the first is used")
         if found.unread:
             nodes = ", ".join(f"'{shortened(node)}'" for node in found.unread)
-            said.append(f"{title}: before its base colour stand nodes that are not read: {nodes}")
+            said.append(
+                f"material '{name}': before its base colour stand nodes that are not read: {nodes}"
+            )
         if found.left_out:
             inputs = ", ".join(found.left_out)
-            said.append(f"{title}: its base colour alone is read; not read: {inputs}")
+            said.append(f"material '{name}': its base colour alone is read; not read: {inputs}")
         return said
 
 
