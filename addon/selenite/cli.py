@@ -27,7 +27,7 @@ from .commands.parser import build_parser
 from .commands.terminal import say
 from .json_text import json_text
 from .native import NativeUnavailable
-from .problems import BadInput, Failed, Problem
+from .problems import BadInput, Failed, NotWritten, Problem
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -116,6 +116,8 @@ def _done(args: argparse.Namespace) -> dict[str, Any]:
     args.parser = build_parser()
     try:
         return dict(importlib.import_module(args.module, __package__).run(args))
+    except NotWritten as error:
+        return {"error": "; ".join(problem.line() for problem in error.problems)}
     except BadInput as error:
         return {"problems": _as_json(error)}
     except (NativeUnavailable, Failed) as error:

@@ -119,7 +119,7 @@ def _folder(argument: str, text: str | None, problems: list[Problem]) -> Path | 
 
 def _save(path: Path) -> str:
     """Blender writes beside `path` and renames. Returns the new name of a file that was there, or
-    "". Raises BadInput, Failed."""
+    "". Raises BadInput."""
     import bpy
 
     from ..scene_read.blend_file import whole_blend

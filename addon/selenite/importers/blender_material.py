@@ -150,7 +150,7 @@ def _scaled(texture: Path | PackedPicture, factor: tuple[float, float, float]) -
             file = texture
         try:
             pixels, _, info = native.image().read(str(file))
-            pixels *= np.float32(factor)
+            pixels = np.ascontiguousarray(pixels * np.asarray(factor, np.float32))
             scaled = Path(folder) / "scaled"
             if info["float"]:
                 native.image().write_exr(str(scaled), pixels)

@@ -52,7 +52,7 @@ def base_color(material: bpy.types.Material | None) -> BaseColor:
     if tree is None:
         return found
     shaders = [node for node in tree.nodes if "Base Color" in node.inputs]
-    sockets = [node.inputs["Base Color"] for node in shaders]
+    sockets: list[bpy.types.NodeSocket] = [node.inputs["Base Color"] for node in shaders]
     for node in shaders:
         found.left_out += _left_out(node)
     if not shaders:
@@ -88,7 +88,7 @@ def _left_out(node: bpy.types.Node) -> list[str]:
 def _follow(socket: bpy.types.NodeSocket, found: BaseColor, factors: np.ndarray) -> None:
     """Multiplies `factors` by what is constant behind a socket of a colour."""
     if not socket.is_linked:
-        factors *= np.array(socket.default_value, np.float64)[:3]
+        np.multiply(factors, np.array(socket.default_value, np.float64)[:3], out=factors)
         return
     link = socket.links[0]
     node = link.from_node
@@ -102,7 +102,7 @@ def _follow(socket: bpy.types.NodeSocket, found: BaseColor, factors: np.ndarray)
     elif node.bl_idname in _COLORS:
         found.times_colors = True
     elif node.bl_idname == "ShaderNodeRGB":
-        factors *= np.array(node.outputs[0].default_value, np.float64)[:3]
+        np.multiply(factors, np.array(node.outputs[0].default_value)[:3], out=factors)
     elif (sides := _product(node)) is not None:
         for side in sides:
             _follow(side, found, factors)

@@ -11,7 +11,7 @@ from pathlib import Path
 import bpy
 
 from ..paths import why_not_output
-from ..problems import BadInput, Failed, Problem
+from ..problems import BadInput, NotWritten, Problem
 
 #: The last block's header, with a margin; how compressed files begin and end.
 _TAIL = 64
@@ -39,26 +39,26 @@ def open_blend(path: str, *, scripts: bool = False) -> bpy.types.Scene:
 
 def write_blend_copy(path: str, cure: str) -> None:
     """Saves the open file under another name; it keeps its own. Raises BadInput, with that cure,
-    and Failed where the disk takes no more."""
+    and NotWritten where the disk takes no more."""
     with whole_blend(path, cure):
         bpy.ops.wm.save_as_mainfile(filepath=path, copy=True, check_existing=False)
 
 
 @contextmanager
 def whole_blend(path: str, cure: str) -> Iterator[None]:
-    """Around a save to `path`. Raises BadInput where the file cannot be written, and Failed where
-    it is not whole after all: a disk or a quota is full."""
+    """Around a save to `path`. Raises BadInput where the file cannot be written, and NotWritten
+    where it is not whole after all: a disk or a quota is full."""
     why = why_not_output(Path(path))
     try:
         yield
     except RuntimeError as error:
         cause = " ".join(str(error).removeprefix("Error: ").split())
+        title, cause = f"File '{path}'", f"cannot be written ({cause})"
         if why:
-            title = f"File '{path}'"
-            raise BadInput(Problem(title, f"cannot be written ({cause})", cure)) from error
-        raise Failed(f"File '{path}': it is not written ({cause}); {_ROOM}") from error
+            raise BadInput(Problem(title, cause, cure)) from error
+        raise NotWritten(Problem(title, cause, _ROOM)) from error
     if not _is_whole(Path(path)):
-        raise Failed(f"File '{path}': it is written in part only; {_ROOM}")
+        raise NotWritten(Problem(f"File '{path}'", "it is written in part only", _ROOM))
 
 
 def _is_whole(path: Path) -> bool:

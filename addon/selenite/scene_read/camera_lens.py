@@ -23,7 +23,7 @@ def keep_lens(data: bpy.types.Camera, found: CameraLens) -> None:
     data[_KEY] = {**dict(zip(_SIZE, found.size, strict=True)), **asdict(found.lens)}
 
 
-def lens_of(data: bpy.types.Camera) -> CameraLens | None:
+def lens_of(data: bpy.types.ID) -> CameraLens | None:
     """What the camera keeps; None for one that was not imported, and for numbers that are no lens,
     which only another program can have left there."""
     kept: Any = data.get(_KEY)
