@@ -12,12 +12,14 @@ import errno
 import importlib
 import io
 import os
+import shutil
 import signal
 import sys
 import tempfile
 import traceback
 from collections.abc import Sequence
 from contextlib import redirect_stdout, suppress
+from pathlib import PurePath
 from typing import Any, TextIO
 
 from . import __version__
@@ -39,7 +41,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     if argv is not None:
         return _run(argv, sys.stdout)
     status = run_as_process(sys.argv[1:])
+    _remove_session()
     os._exit(status)
+
+
+def _remove_session() -> None:
+    """The folder of temporary files that Blender, as a module, makes for each process."""
+    bpy = sys.modules.get("bpy")
+    folder = bpy.app.tempdir if bpy is not None else ""
+    if PurePath(folder).name.startswith("blender_"):
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def run_as_process(argv: Sequence[str]) -> int:

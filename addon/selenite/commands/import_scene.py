@@ -157,11 +157,8 @@ def _report(plan: ImportPlan, save: Path, made: Created) -> dict[str, Any]:
                 "vertices": len(item.positions),
                 "triangles": len(item.triangles),
                 "materials": [
-                    {
-                        "name": material.name,
-                        "texture": _texture(one.texture),
-                        "times_colors": one.times_colors,
-                    }
+                    {"name": material.name, "texture": _texture(one.texture)}
+                    | ({"times_colors": True} if one.times_colors else {})
                     for one, material in zip(item.materials, materials, strict=True)
                 ],
             }
@@ -211,7 +208,7 @@ def _usual(meshes: Sequence[Mapping[str, Any]]) -> list[str]:
         if any(letter in name for letter in '=:,"\n') or name.startswith("-"):
             name = json.dumps(name, ensure_ascii=False)
         parameters = "base_color_texture" if material["texture"] else "base_color,roughness"
-        if material["times_colors"]:  # the base colour is a product of two
+        if material.get("times_colors"):  # the base colour is a product of two
             parameters = "Principled BSDF.Roughness"
         found[f"--fit {shlex.quote(f'{name}:{parameters}')}"] = None
     return list(found)
