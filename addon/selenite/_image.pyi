@@ -54,6 +54,7 @@ def read_at_size(
     counted: Sequence[float] | None = None,
     corners: ArrayLike | None = None,
     exclude: FilePath | None = None,
+    within: NDArray[np.bool_] | None = None,
 ) -> tuple[
     NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], PhotoInfo, CountedInfo | None
 ]: ...

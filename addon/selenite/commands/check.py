@@ -19,6 +19,7 @@ from ..problems import BadInput, Problem, listed
 from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.values import Owner, SceneValues
 from .capture_arguments import captures_from, stored_captures
+from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import say
 
@@ -161,7 +162,7 @@ def _say(report: JsonObject, values: SceneValues) -> None:
         state = "closed" if body.found.encloses else "not closed"
         count = f"triangles: {body.found.triangles}, bodies: {body.found.bodies}"
         say(f"object '{body.object}' with {body.need} '{body.material}' is {state} ({count})")
-    for text in report["warnings"]:
+    for text in grouped(report["warnings"]):
         say(f"warning: {text}")
-    for problem in report["photo_problems"]:
-        say(f"photo: {Problem(**problem).line()}; a fit needs that, a render does not")
+    for line in grouped(Problem(**problem).line() for problem in report["photo_problems"]):
+        say(f"photo: {line}; a fit needs that, a render does not")

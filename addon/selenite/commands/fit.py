@@ -35,6 +35,7 @@ from .capture_arguments import captures_from, stored_captures
 from .environment_arguments import with_environment
 from .fit_results import deliver
 from .fitted.start_result import begin_at, checked, start_folder, starting_there
+from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import bar, say
 
@@ -73,7 +74,7 @@ def run(args: argparse.Namespace) -> JsonObject:
         checks = not missing
         if missing:
             say(f"warning: {grids[0]}: the check in Cycles is left out: {missing}")
-    for text in plan.warnings:
+    for text in grouped(plan.warnings):
         say(f"warning: {text}")
     if unused := without_photo(values, plan.request.captures):
         say(unused)

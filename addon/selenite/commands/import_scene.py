@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..paths import absolute, is_folder
-from ..problems import BadInput, Problem
+from ..problems import Problem
 from ..scene_read.capture_request import MOST_ERODED, PACKED
 from .arguments import input_file, output_file, stop_if
+from .grouping import grouped
 from .terminal import bar, say, say_saved
 
 if TYPE_CHECKING:
@@ -122,17 +123,13 @@ def _save(path: Path) -> str:
     "". Raises BadInput."""
     import bpy
 
+    from ..scene_read.blend_file import whole_blend
     from ..write_back import replaced_file_kept
 
-    try:
-        with replaced_file_kept(str(path)) as kept:
-            bpy.ops.wm.save_as_mainfile(
-                filepath=str(path), check_existing=False, relative_remap=False, compress=False
-            )
-    except RuntimeError as error:
-        cause = " ".join(str(error).removeprefix("Error: ").split())
-        title = f"File '{path}'"
-        raise BadInput(Problem(title, f"cannot be written ({cause})", "give another")) from error
+    with replaced_file_kept(str(path)) as kept, whole_blend(str(path), "give another"):
+        bpy.ops.wm.save_as_mainfile(
+            filepath=str(path), check_existing=False, relative_remap=False, compress=False
+        )
     return kept
 
 
@@ -162,6 +159,7 @@ def _report(plan: ImportPlan, save: Path, made: Created) -> JsonObject:
                 "triangles": len(item.triangles),
                 "materials": [
                     {"name": material.name, "texture": _texture(one.texture)}
+                    | ({"times_colors": True} if one.times_colors else {})
                     for one, material in zip(item.materials, materials, strict=True)
                 ],
             }
@@ -193,7 +191,7 @@ def _say(report: JsonObject, undistort: bool, kept: str) -> None:
         say(f"mesh '{mesh['name']}': {counts}{shown}")
     if any(item["distorted"] for item in report["cameras"]) and not undistort:
         say("the lens distorts the photos; a fit undoes it, Blender's background images do not")
-    for text in report["warnings"]:
+    for text in grouped(report["warnings"]):
         say(f"warning: {text}")
     say("light: an even white world of strength 1 stands in; set or fit your own")
     say_saved(report["saved"], kept)
@@ -211,6 +209,8 @@ def _usual(meshes: Sequence[JsonObject]) -> list[str]:
         if any(letter in name for letter in '=:,"\n') or name.startswith("-"):
             name = json.dumps(name, ensure_ascii=False)
         parameters = "base_color_texture" if material["texture"] else "base_color,roughness"
+        if material.get("times_colors"):  # the base colour is a product of two
+            parameters = "Principled BSDF.Roughness"
         found[f"--fit {shlex.quote(f'{name}:{parameters}')}"] = None
     return list(found)
 

@@ -11,6 +11,7 @@ from ..information.world_rotation import RotationSearch, said
 from ..problems import BadInput, Problem
 from . import arguments
 from .capture_arguments import captures_from, stored_captures
+from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import bar, say, say_saved
 
@@ -37,11 +38,11 @@ def run(args: argparse.Namespace) -> dict[str, object]:
     with bar("rotating") as shown:
         for step in search.steps():
             shown.update(step.fraction)
-    for text in search.warnings:
+    for text in grouped(search.warnings):
         say(f"warning: {text}")
     first, *more = said(search)
     say(first)
-    for text in more:
+    for text in grouped(more):
         say(f"warning: {text}")
     result, strength = search.result, search.strength
     assert result is not None

@@ -18,6 +18,7 @@ from ..problems import BadInput, Problem, choice, listed, refused
 from ..scene_read.options import ReadingOptions, set_options
 from ..scene_read.values import CameraValues, Owner, SceneValues
 from .arguments import input_file, stop_if, unquoted
+from .grouping import grouped
 from .terminal import say
 
 if TYPE_CHECKING:
@@ -167,7 +168,7 @@ def native_scene(
     if every:
         raise BadInput(every)
     scene = build_scene(values)
-    for text in values.warnings:
+    for text in grouped(values.warnings):
         say(f"warning: {text}")
     with refused("Scene", "change the values"):
         return scene.with_values(checked) if checked else scene

@@ -19,6 +19,7 @@ from ..trade.start import estimate_of, trade_of
 from . import arguments
 from .capture_arguments import captures_from, stored_captures
 from .fit import unknowns_of
+from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import bar, say, table
 
@@ -66,7 +67,7 @@ def run(args: argparse.Namespace) -> JsonObject:
     if args.expected:
         return _expect(estimate)
     plan = trade.plan
-    for text in plan.warnings:
+    for text in grouped(plan.warnings):
         say(f"warning: {text}")
     _measure(trade)
     content = report.report(trade)
@@ -84,7 +85,7 @@ def run(args: argparse.Namespace) -> JsonObject:
 
 def _expect(estimate: Estimate) -> JsonObject:
     """Seconds and errors of the presets, line by line."""
-    for text in estimate.warnings:
+    for text in grouped(estimate.warnings):
         say(f"warning: {text}")
     with bar("estimating") as shown:
         for step in estimate.steps():

@@ -25,6 +25,7 @@ from .fields import FieldUnknown
 from .photos.silhouette import Silhouettes
 from .request import RunRequest, UnknownRequest
 from .staging import plan as stage_plan
+from .staging.colour_first import with_colours
 from .staging.plan import Stage
 from .unknowns import Unknown, choose, usual_requests
 
@@ -71,6 +72,8 @@ def prepare(
     problems = list(values.problems)
     warnings = list(values.warnings)
     requests = request.unknowns or tuple(usual_requests(values, problems))
+    values.physical_refraction = request.settings.physical_refraction
+    values = with_colours(values, requests, request.stages, warnings)
     single, many = all_fields.split(requests)
     unknowns = choose(values, single, request.settings, problems, warnings)
     wanted = stage_plan.named(values, request.stages, problems)
@@ -111,7 +114,6 @@ def prepare(
     warnings += light_states.remarks(values, request.captures)
     if problems:
         raise BadInput(problems)
-    values.physical_refraction = request.settings.physical_refraction
     values = values.without_shut({(item.owner, item.parameter.name) for item in unknowns})
     go_on()
     scene = build_scene(all_fields.with_fields(values, fields))

@@ -22,15 +22,18 @@ PLACES = (3, 7, 16)
 FRAMES = (-1048574, 1048574)
 #: Beyond any number of a request.
 LARGEST = 1e300
+#: What of a lens is no distortion, and what few calibrations have.
+_PINHOLE = ("fx", "fy", "cx", "cy")
+RARE = ("k4", "p3", "p4", "b2")
 #: Pixels that can be taken off a silhouette.
 MOST_ERODED = 100
 
 
 @dataclass(frozen=True)
 class LensDistortion:
-    """Brown's model, which takes ideal image points to those of the photo: radial k1 to k3,
-    tangential p1 and p2 in Metashape's order. Focal lengths and principal point in pixels of the
-    whole photo, whose first pixel has its centre at (0.5, 0.5)."""
+    """Metashape's model, which takes ideal image points to those of the photo: radial k1 to k4,
+    tangential p1 to p4, skew b2 in pixels. Focal lengths and principal point in pixels of the whole
+    photo, whose first pixel has its centre at (0.5, 0.5)."""
 
     fx: float
     fy: float
@@ -41,6 +44,39 @@ class LensDistortion:
     k3: float = 0.0
     p1: float = 0.0
     p2: float = 0.0
+    k4: float = 0.0
+    p3: float = 0.0
+    p4: float = 0.0
+    b2: float = 0.0
+
+    @property
+    def distorts(self) -> bool:
+        """Whether any coefficient differs from 0."""
+        return any(value for name, value in asdict(self).items() if name not in _PINHOLE)
+
+    def at_scale(self, across: float, down: float) -> LensDistortion:
+        """The same lens for a photo of so many times the pixels."""
+        return replace(
+            self,
+            fx=self.fx * across,
+            fy=self.fy * down,
+            cx=self.cx * across,
+            cy=self.cy * down,
+            b2=self.b2 * across,
+        )
+
+    def as_json(self) -> dict[str, float]:
+        """A dict of plain values, without the coefficients of RARE that are 0."""
+        return {name: value for name, value in asdict(self).items() if value or name not in RARE}
+
+
+@dataclass(frozen=True)
+class CameraLens:
+    """Of a camera that was imported, whether it has a photo or not: its calibration, in pixels of a
+    photo of `size` (width, height)."""
+
+    size: tuple[int, int]
+    lens: LensDistortion
 
 
 @dataclass(frozen=True)
@@ -57,7 +93,8 @@ class CaptureRequest:
     response: "auto" (as the file says), "srgb", "linear", "gamma:2.2", or a .csv of a table.
     size: (width, height) of the whole photo in pixels; None: that of the file.
     crop: the part of it that the file holds, x0, y0, x1, y1 in pixels from the top left corner.
-    distortion: of the lens; None: the photo is free of it.
+    distortion: of the lens; None: that of its camera, if an import has kept one (CameraLens);
+    False: the photo is free of it.
     align: whether the fit finds a small shift and roll of the photo; None: as the run says.
     pixel_aspect: width / height of the photo's pixels; None: that of the scene.
     clip: lowest and highest code value that counts, 1 at the top of integers; None: clipping is
@@ -82,7 +119,7 @@ class CaptureRequest:
     response: str = AUTO_RESPONSE
     size: tuple[int, int] | None = None
     crop: tuple[int, int, int, int] | None = None
-    distortion: LensDistortion | None = None
+    distortion: LensDistortion | bool | None = None
     align: bool | None = None
     pixel_aspect: float | None = None
     clip: tuple[float, float] | None = None
@@ -120,7 +157,7 @@ class CaptureRequest:
             if item.name == "transforms":
                 value = {name: _rows(numbers) for name, numbers in value}
             elif isinstance(value, LensDistortion):
-                value = asdict(value)
+                value = value.as_json()
             elif isinstance(value, tuple):
                 value = list(value)
             found[item.name] = value
@@ -299,15 +336,15 @@ def _frame(data: Mapping[str, object]) -> int | None:
     return value
 
 
-def _distortion(data: Mapping[str, object]) -> LensDistortion | None:
+def _distortion(data: Mapping[str, object]) -> LensDistortion | bool | None:
     value = data.get("distortion")
-    if value is None:
-        return None
+    if value is None or value is False:
+        return value
     names = [item.name for item in fields(LensDistortion)]
     if not isinstance(value, dict) or not {"fx", "fy", "cx", "cy"} <= set(value) <= set(names):
         raise ValueError(
             f"its 'distortion' is {value!r}, not an object with fx, fy, cx, cy "
-            "and perhaps k1, k2, k3, p1, p2"
+            "and perhaps k1 to k4, p1 to p4, b2, nor false"
         )
     numbers = {name: _numbers([number], "distortion", 1)[0] for name, number in value.items()}
     if not (numbers["fx"] > 0 and numbers["fy"] > 0):

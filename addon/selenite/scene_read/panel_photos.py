@@ -30,6 +30,8 @@ def photo_fields(photo: bpy.types.PropertyGroup) -> dict[str, object]:
     if photo.use_distortion:
         names = LensDistortion.__dataclass_fields__
         found["distortion"] = LensDistortion(**{name: getattr(photo, name) for name in names})
+    elif photo.undistorted:
+        found["distortion"] = False
     return found
 
 
