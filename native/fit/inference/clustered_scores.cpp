@@ -119,13 +119,13 @@ Vector ClusteredScores::widening(const std::vector<Eigen::Index>& free,
   if (photos_.size() < options_.least_photos) return widest;
   const std::size_t freedom = photos_.size() - 1;
   const Vector linear = variance_of(photos_, free, inverse, step);
-  const Vector deleted = variance_of_photos(free, inverse, step);
+  const Vector without = variance_of_photos(free, inverse, step);
   for (Eigen::Index k = 0; k < variance.size(); ++k) {
     const double chance = chi_square_ratio_99(freedom) * variance[k];
-    const bool scatters = linear[k] > chance || deleted[k] > kByChance * chance;
+    const bool scatters = linear[k] > chance || without[k] > kByChance * chance;
     if (variance[k] > 0 && scatters)
       widest[k] = std::max(widest[k], student_quantile_95(freedom) / kQuantile90 *
-                                          std::sqrt(std::max(linear[k], deleted[k]) / variance[k]));
+                                          std::sqrt(std::max(linear[k], without[k]) / variance[k]));
   }
   return widest;
 }
