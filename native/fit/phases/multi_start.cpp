@@ -245,6 +245,7 @@ bool MultiStart::step(Evaluator& evaluator) {
   if (final) {
     choose();
   } else {
+    note_best();
     keep_best(
         static_cast<std::size_t>(options_
                                      .rounds[std::min<std::size_t>(static_cast<std::size_t>(round_),
@@ -261,12 +262,17 @@ bool MultiStart::step(Evaluator& evaluator) {
 }
 
 bool MultiStart::cut_short() {
-  if (round_ > last_round()) return true;
-  if (round_ == 0) candidates_.resize(next_);  // the others have not been rendered
-  const std::size_t known = candidates_.size();
-  if (known < 2) return false;
-  result_.points = round_ == 0 ? static_cast<int>(known) : result_.points;
+  if (round_ > 0) return true;  // `note_best` has chosen when the last round ended
+  candidates_.resize(next_);    // the others have not been rendered
+  if (candidates_.size() < 2) return false;
+  result_.points = static_cast<int>(candidates_.size());
   rank();
+  note_best();
+  return true;
+}
+
+/// Chooses among candidates whose losses are of equal seeds, before those are compared pixel against pixel.
+void MultiStart::note_best() {
   const auto worse = [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; };
   const Candidate* chosen = &*std::ranges::min_element(candidates_, worse);
   for (const Candidate& one : candidates_) {
@@ -279,7 +285,6 @@ bool MultiStart::cut_short() {
   chosen_ = chosen->x;
   result_.moved = !chosen->untouched;
   result_.loss = chosen->loss;
-  return true;
 }
 
 void MultiStart::members(SavedState& state) {

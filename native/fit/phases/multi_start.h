@@ -112,6 +112,7 @@ class MultiStart {
   void keep_best(std::size_t count);
   double distance_to_bounds(const Vector& x) const;
   void choose();
+  void note_best();
 
   MultiStartOptions options_;
   std::uint64_t seed_;
