@@ -76,7 +76,7 @@ def test_images_that_are_gone_are_named_at_once_with_their_materials(tmp_path, c
     made.studio()
     for name in ("Left", "Right"):
         item = made.sphere(name, made.material(name))
-        item.location.x = 3
+        item.location.x = 3 + 3 * (name == "Right")
         texture = item.active_material.node_tree.nodes.new("ShaderNodeTexImage")
         texture.image = gone(name)
         made.link(item.active_material, texture.outputs["Color"])

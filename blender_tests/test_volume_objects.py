@@ -205,6 +205,7 @@ def test_grids_of_modifiers_are_read_and_not_written(tmp_path):
     assert density.values.shape == (14, 14, 14, 1)
     assert density.values[1:-1, 1:-1, 1:-1] == pytest.approx(np.ones((12, 12, 12, 1)))
     second = host.copy()
+    second.location.x = 9  # its mesh would be there twice
     bpy.context.scene.collection.objects.link(second)
     assert not made.read().problems
     bpy.context.scene.render.use_simplify = True

@@ -156,7 +156,10 @@ def _is_glass(material: MaterialValues) -> bool:
 
 def _surfaces(read: SceneValues) -> list[Surface]:
     found = []
+    clouds = {item.name for item in read.materials if item.grids}
     for item in read.objects:
+        if clouds.issuperset(item.materials):
+            continue  # Volume objects have no faces, and add where they overlap
         mesh = read.meshes[item.mesh]
         title = f"Object '{item.name}'"
         found.append(Surface(title, item, mesh.positions, mesh.triangles, item.matrix))
