@@ -65,16 +65,25 @@ class Examining:
         self._stopped = True
 
     def _of_shape(self) -> list[Problem]:
-        """Photos whose aspect is not their camera's."""
+        """Photos whose aspect is not their camera's; one Problem for many of them."""
         cameras = {camera.name: camera for camera in self._values.cameras}
         found: list[Problem] = []
+        such = ""
         for request in self._requests:
             title = f"Photo '{request.photo}'"
             info = header(title, request.photo, [], self._packed, as_linear=True)
             if info is not None:
-                size = (info["width"], info["height"])
+                size, before = (info["width"], info["height"]), len(found)
                 window_of(cameras[request.camera], request, size, info["orientation"], found)
-        return [item for item in found if item.kind == ASPECT]
+                if len(found) > before and not such:
+                    such = f"'{request.id}' with {size[0]} x {size[1]} pixels"
+        found = [item for item in found if item.kind == ASPECT]
+        if len(found) < 2:
+            return found
+        cause = (
+            f"{len(found)} of {len(self._requests)} have not the shape that their cameras render"
+        )
+        return [Problem("Photos", f"{cause}, such as {such}", found[0].cure, ASPECT)]
 
     def _compare(self) -> None:
         problems: list[Problem] = []
