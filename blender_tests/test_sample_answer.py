@@ -94,6 +94,11 @@ def test_photos_of_another_shape_are_named_and_a_button_sets_the_resolution(samp
     assert bpy.ops.selenite.set_resolution() == {"FINISHED"}
     assert (render.resolution_x, render.resolution_y) == (768, 512)
     assert not state.PROBLEMS[bpy.context.scene.name]
+    render.resolution_x = 512
+    load(sample)
+    render.resolution_x = 768
+    load(sample)  # what is right now is not a problem any more
+    assert not state.PROBLEMS[bpy.context.scene.name]
 
 
 def test_a_scene_without_light_is_named_at_loading(sample):

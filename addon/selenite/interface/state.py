@@ -272,7 +272,7 @@ ROTATION = Background()
 MASK = Background(hears=False)
 SPOTS = Background(hears=False)
 SAMPLE = Background()
-PAIRING = Background()
+PAIRING = Background(hears=False)
 JOBS = (TRADE, NEXT, ESTIMATE, STAGES, SAVE, ROTATION, MASK, SPOTS, SAMPLE)
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}
@@ -288,6 +288,7 @@ def forget() -> None:
     for kept in (PROBLEMS, EXPECTED, SHAPES, CHECK.contents):
         kept.clear()
     CHECK.forget()
+    PAIRING.cancel()
     for item in JOBS:
         item.lines = []
     if not RUN.is_active:

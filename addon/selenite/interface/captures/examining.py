@@ -26,6 +26,8 @@ from ..texts import announce
 from ..ticking import redraw
 
 _POLL = 0.2  # seconds
+#: Of the problems that are found here.
+_KINDS = (ASPECT, DARK, pairing.KIND)
 _GREY = (0.5, 0.5, 0.5, 1.0)
 
 
@@ -113,7 +115,6 @@ def examine(scene: bpy.types.Scene, values: SceneValues) -> None:
     job = BackgroundJob(Examining(values, captures_of(scene), packed_photos()))
     PAIRING.start(job, scene.name)
     if bpy.app.background:
-        job.join()
         _take(job)
     else:
         bpy.app.timers.register(_wait, first_interval=_POLL)
@@ -133,8 +134,9 @@ def _wait() -> float | None:
 def _take(job: BackgroundJob[Examining]) -> None:
     """Into the head. What a fit that began meanwhile says is newer."""
     name, PAIRING.job = PAIRING.scene_name, None
-    if job.work.problems and not RUN.is_active:
-        kept = [item for item in PROBLEMS.get(name, ()) if not item.kind]
+    job.join()
+    if not RUN.is_active:
+        kept = [item for item in PROBLEMS.get(name, ()) if item.kind not in _KINDS]
         PROBLEMS[name] = [*kept, *job.work.problems]
         CAMERAS[name] = dict(job.work.cameras)
 
