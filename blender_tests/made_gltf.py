@@ -11,12 +11,21 @@ UNLIT = "KHR_materials_unlit"
 
 
 def write(
-    path: Path, positions, triangles, uvs, picture: Path, is_lit=True, glows=False, other=None
+    path: Path,
+    positions,
+    triangles,
+    uvs,
+    picture: Path,
+    is_lit=True,
+    glows=False,
+    other=None,
+    edit=lambda _: None,
 ) -> None:
     """One textured mesh, in the axes of the file, with v downward. In a .glb the picture and the
     numbers are inside; beside a .gltf they are in files of their own. is_lit: whether light falls
     on it still, or is in its colours. glows: whether the picture is its light, not its colour.
-    other: (triangles, picture) of a second material, beside a .gltf; a second mesh has it too."""
+    other: (triangles, picture) of a second material, beside a .gltf; a second mesh has it too.
+    edit: changes the JSON's content."""
     inside = path.suffix == ".glb"
     parts = [np.asarray(positions, "<f4"), np.asarray(uvs, "<f4"), np.asarray(triangles, "<u4")]
     blobs = [part.tobytes() for part in parts] + ([picture.read_bytes()] if inside else [])
@@ -58,6 +67,7 @@ def write(
     }
     if other is not None:
         _add_other(content, blobs, *other)
+    edit(content)
     text, data = json.dumps(content).encode(), b"".join(blobs)
     if not inside:
         path.write_bytes(text)

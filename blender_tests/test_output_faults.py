@@ -8,14 +8,17 @@ import os
 import resource
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import bpy
 import made_scenes as made
+import numpy as np
 import pytest
 from command_line import command
 from pressed_buttons import TIMER, Pressed
 
+from selenite import native
 from selenite.fit_run import checkpoint
 from selenite.fit_run.answer import results
 from selenite.fit_run.job import Done
@@ -146,6 +149,116 @@ def test_on_a_full_disk_the_values_come_out(words, tmp_path):
     assert "Traceback" not in said
     left = {name.rpartition("/")[2] for name in files(tmp_path / "fits")}
     assert not {name for name in left if name.endswith((".partial", ".part"))}, left
+
+
+def limited_run(words, most, **streams):
+    """A command none of whose files may be larger than `most` bytes."""
+
+    def limited():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+
+    return subprocess.run(
+        [sys.executable, "-m", "selenite", *words],
+        env=os.environ | {"PYTHONPATH": str(ROOT / "addon"), "PYTHONDONTWRITEBYTECODE": "1"},
+        timeout=300, check=False, preexec_fn=limited, stderr=subprocess.PIPE, **streams,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.exr"])
+def test_a_picture_that_the_disk_cuts_is_no_picture(lit_ball, tmp_path, name):
+    """Encoders write what they can and say nothing: the file was there, cut, with status 0."""
+    words = ["render", lit_ball, f"--out={tmp_path / name}", "--spp=1", "--width=64", "--height=64"]
+    done = limited_run(words, 2000)
+    assert done.returncode == 1, done.stderr
+    assert f"'{tmp_path / name}' cannot be written: File too large" in done.stderr.decode()
+    assert not [item for item in files(tmp_path) if "a." in item or "selenite-" in item]
+
+
+def test_a_scene_that_the_disk_cuts_is_reported(words, tmp_path):
+    """Beside values that come out: the result folder is small enough."""
+    save = tmp_path / "fitted.blend"
+    done = limited_run([*words, f"--out={tmp_path / 'fits'}", f"--save={save}", "--json"],
+                       100_000, stdout=subprocess.PIPE)  # fmt: skip
+    assert done.returncode == 1, done.stderr
+    report = json.loads(done.stdout)
+    assert f"File '{save}': cannot be written" in report["error"]
+    assert report["parameters"]["Body:base_color"]["value"] == pytest.approx(COLOUR, abs=0.03)
+    assert not save.exists() and not (tmp_path / "fitted.blend@").exists()
+
+
+def test_a_blend_is_whole_if_it_ends_as_one(tmp_path):
+    """Compressed or not."""
+    from selenite.problems import NotWritten
+    from selenite.scene_read.blend_file import whole_blend
+
+    for compress in (False, True):
+        path = tmp_path / f"scene{compress}.blend"
+        with whole_blend(str(path), "give another"):
+            bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=compress)
+        content = path.read_bytes()
+        with (
+            pytest.raises(NotWritten, match="in part only"),
+            whole_blend(str(path), "give another"),
+        ):
+            path.write_bytes(content[:-400])
+
+
+def test_names_may_be_as_long_as_a_file_system_permits(lit_ball, tmp_path, capsys):
+    for ending in (".png", ".exr"):
+        out = tmp_path / ("n" * (255 - len(ending)) + ending)
+        words = ["--spp=1", "--width=8", "--height=8"]
+        status, _, said = command(capsys, "render", lit_ball, f"--out={out}", *words)
+        assert status == 0 and out.exists(), said
+
+
+@pytest.mark.parametrize(
+    ("words", "status"),
+    [(["--json"], 1), ([], 0)],
+    ids=["the object has nowhere to go", "nobody asked for it"],
+)
+def test_a_stdout_that_is_closed_costs_its_object_alone(lit_ball, words, status):
+    """And no file gets its number, into which Blender would print."""
+    shell = f"exec '{sys.executable}' -m selenite check '{lit_ball}' {' '.join(words)} >&-"
+    done = subprocess.run(
+        ["bash", "-c", shell],
+        env=os.environ | {"PYTHONPATH": str(ROOT / "addon")},
+        capture_output=True, timeout=300, check=False,
+    )  # fmt: skip
+    assert done.returncode == status, done.stderr
+    assert (b"stdout is closed" in done.stderr) == bool(status)
+    assert b"internal error" not in done.stderr
+
+
+@pytest.mark.parametrize("words", [["--help"], ["fit", "--help"], ["--version"]])
+def test_help_that_nobody_can_read_is_a_failure(words):
+    with Path("/dev/full").open("wb") as full_disk:
+        done = limited_run(words, 1 << 30, stdout=full_disk)
+    assert done.returncode == 1 and b"the text cannot be written" in done.stderr
+
+
+def test_a_command_that_is_ended_leaves_nothing(tmp_path):
+    """An import that undistorts photos, at the first of them: SIGTERM is what Ctrl+C is."""
+    import reconstructed
+
+    _, words = reconstructed.written(tmp_path)
+    large = native.image().resize(np.full((2, 2, 3), 0.4, np.float32), 4000, 3000)
+    for photo in (tmp_path / "photos").iterdir():
+        native.image().write_exr(str(photo), large)
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    before = files(tmp_path)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "selenite", "import", *words["metashape"], "--undistort",
+         f"--save={tmp_path / 'out.blend'}"],
+        env=os.environ | {"PYTHONPATH": str(ROOT / "addon"), "TMPDIR": str(temporary)},
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    while process.poll() is None and not (tmp_path / "out_photos").exists():
+        time.sleep(0.05)
+    process.terminate()
+    _, said = process.communicate(timeout=300)
+    assert process.returncode == 1 and b"interrupted" in said, said
+    assert files(tmp_path) == before
 
 
 def test_a_saved_scene_and_a_check_that_fail_cost_no_values(words, tmp_path, capsys, monkeypatch):

@@ -8,22 +8,31 @@ sentence. With --json stdout holds one JSON object; everything else goes to stde
 from __future__ import annotations
 
 import argparse
+import errno
 import importlib
+import io
 import os
+import shutil
+import signal
 import sys
 import tempfile
 import traceback
 from collections.abc import Sequence
 from contextlib import redirect_stdout, suppress
-from typing import Any, TextIO
+from pathlib import PurePath
+from typing import TYPE_CHECKING, TextIO
 
 from . import __version__
 from .commands import addon_settings
+from .commands.grouping import grouped
 from .commands.parser import build_parser
 from .commands.terminal import say
 from .json_text import json_text
 from .native import NativeUnavailable
-from .problems import BadInput, Failed, Problem
+from .problems import BadInput, Failed, NotWritten, Problem
+
+if TYPE_CHECKING:
+    from .json_text import JsonObject
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -35,20 +44,31 @@ def main(argv: Sequence[str] | None = None) -> int:
     if argv is not None:
         return _run(argv, sys.stdout)
     status = run_as_process(sys.argv[1:])
+    _remove_session()
     os._exit(status)
 
 
+def _remove_session() -> None:
+    """The folder of temporary files that Blender, as a module, makes for each process."""
+    bpy = sys.modules.get("bpy")
+    folder = bpy.app.tempdir if bpy is not None else ""
+    if PurePath(folder).name.startswith("blender_"):
+        shutil.rmtree(folder, ignore_errors=True)
+
+
 def run_as_process(argv: Sequence[str]) -> int:
-    """Runs one command with file descriptor 1 reserved for the JSON object from now on."""
-    try:
-        number = os.dup(1)
-    except OSError:  # closed: nobody wants the object
-        number = os.open(os.devnull, os.O_WRONLY)
-    json_out = os.fdopen(number, "w", encoding="utf-8")
-    with suppress(OSError, AttributeError):  # a closed stream is None
+    """Runs one command with file descriptor 1 reserved for the JSON object from now on. What asks
+    the process to end is what Ctrl+C is, so that nothing is left behind."""
+    closed = _fill_streams()
+    for name in ("SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            with suppress(ValueError):  # not the main thread: whoever has it ends the process
+                signal.signal(getattr(signal, name), _interrupt)
+    json_out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    with suppress(OSError):
         sys.stdout.flush()
         os.dup2(2, 1)
-    status = _run(argv, json_out)
+    status = _run(argv, _Closed() if 1 in closed else json_out)
     for stream in (json_out, sys.stdout, sys.stderr):
         with suppress(OSError, AttributeError):
             stream.flush()
@@ -57,11 +77,46 @@ def run_as_process(argv: Sequence[str]) -> int:
     return status
 
 
+def _interrupt(number: int, _frame: object) -> None:
+    signal.signal(number, signal.SIG_DFL)  # a second one ends it at once
+    raise KeyboardInterrupt
+
+
+class _Closed(io.StringIO):
+    """What stands for a stdout that was closed: for --help nobody reads, and no object arrives."""
+
+    def flush(self) -> None:
+        if self.getvalue():
+            raise OSError(errno.EBADF, "stdout is closed")
+
+
+def _fill_streams() -> set[int]:
+    """The numbers of standard streams that are closed. They are opened to nowhere: else the next
+    file would get the number, and what Blender prints would go into it."""
+    closed = set()
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        try:
+            os.fstat(number)
+        except OSError:
+            closed.add(number)
+            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free: this one
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, mode, closefd=False))
+    return closed
+
+
 def _run(argv: Sequence[str], json_out: TextIO) -> int:
     try:
         with redirect_stdout(json_out):  # for --help, which may go into a pipe
             args = build_parser().parse_args(argv)
     except SystemExit as stop:  # --help or --version
+        try:
+            json_out.flush()
+        except BrokenPipeError:  # who reads has seen enough
+            pass
+        except OSError as error:
+            say(f"selenite: the text cannot be written: {error}")
+            return int(stop.code or 1)
         return int(stop.code or 0)
     except BadInput as error:
         json_asked = any(len(word) > 2 and "--json".startswith(word) for word in argv)
@@ -70,11 +125,13 @@ def _run(argv: Sequence[str], json_out: TextIO) -> int:
     return _report(args.command, _done(args), json_out if args.json else None)
 
 
-def _done(args: argparse.Namespace) -> dict[str, Any]:
+def _done(args: argparse.Namespace) -> JsonObject:
     """What the command reports; of one that fails the key "problems" or "error"."""
     args.parser = build_parser()
     try:
         return dict(importlib.import_module(args.module, __package__).run(args))
+    except NotWritten as error:
+        return {"error": "; ".join(problem.line() for problem in error.problems)}
     except BadInput as error:
         return {"problems": _as_json(error)}
     except (NativeUnavailable, Failed) as error:
@@ -132,14 +189,14 @@ def _as_json(error: BadInput) -> list[dict[str, str]]:
     return [problem.as_json() for problem in error.problems]
 
 
-def _report(command: str, report: dict[str, Any], json_out: TextIO | None) -> int:
+def _report(command: str, report: JsonObject, json_out: TextIO | None) -> int:
     """Says what is wrong, writes the object where one is asked for; returns the exit status."""
     status = 0
     if "error" in report:
         say(f"{command}: {' '.join(str(report['error']).split())}")
         status = 1
-    for problem in report.get("problems", ()):  # `check` reports them with all the rest
-        line = Problem(**problem).line()
+    problems = [Problem(**problem) for problem in report.get("problems", ())]  # of `check` too
+    for line in grouped(problem.line() for problem in problems):
         say(line if line.lower().startswith(f"{command}: ") else f"{command}: {line}")
         status = 2
     if json_out is not None:

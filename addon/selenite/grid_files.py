@@ -10,6 +10,7 @@ Source of the latter: the description of the format in Mitsuba's manual, plugin 
 
 from __future__ import annotations
 
+import io
 import os
 import struct
 import tokenize
@@ -18,6 +19,7 @@ from typing import Literal
 
 import numpy as np
 
+from .atomic_files import write_bytes
 from .paths import why_not_file
 from .problems import BadInput, Problem
 
@@ -56,7 +58,10 @@ def read(path: str) -> np.ndarray:
 
 def write_npy(path: Path, values: np.ndarray) -> None:
     """(nz, ny, nx, channels) float32. Raises OSError."""
-    np.save(path, np.ascontiguousarray(values, np.float32), allow_pickle=False)
+    # By way of memory: numpy does not say that a disk took no more of a file.
+    stream = io.BytesIO()
+    np.save(stream, np.ascontiguousarray(values, np.float32), allow_pickle=False)
+    write_bytes(path, stream.getvalue())
 
 
 def write_vol(path: Path, values: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
@@ -64,9 +69,7 @@ def write_vol(path: Path, values: np.ndarray, low: np.ndarray, high: np.ndarray)
     that read them. Raises OSError."""
     nz, ny, nx, channels = values.shape
     header = _HEADER.pack(b"VOL", 3, 1, nx, ny, nz, channels, *low, *high)
-    with path.open("wb") as file:
-        file.write(header)
-        file.write(np.ascontiguousarray(values, "<f4").tobytes())
+    write_bytes(path, header + np.ascontiguousarray(values, "<f4").tobytes())
 
 
 def _read_npy(path: Path) -> np.ndarray:

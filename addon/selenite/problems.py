@@ -38,6 +38,10 @@ class BadInput(Exception):
         super().__init__("\n".join(problem.line() for problem in self.problems))
 
 
+class NotWritten(BadInput):
+    """A file that its disk or a quota does not take, whose name is good. Exit status 1."""
+
+
 class Failed(RuntimeError):
     """Work that came to no end, for a reason that is a sentence for the user. Exit status 1."""
 

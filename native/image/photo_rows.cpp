@@ -69,9 +69,22 @@ PhotoRows::PhotoRows(const std::string& path, bool as_linear, const Response& re
   for (CodeRange& range : counted_) range = {range.lowest * top(), range.highest * top()};
   for (std::size_t c = 0; c < 3; ++c) {
     tables_[c].reserve(static_cast<std::size_t>(top()) + 1);
-    for (int i = 0; i <= top(); ++i)
+    for (int i = 0; i <= top(); ++i) {
       tables_[c].push_back(decode(c, static_cast<double>(i) / top()));
+      uses_[c].push_back(counted(c, i));
+    }
   }
+  const auto is_light = [](float value) { return std::isfinite(value) && value >= 0; };
+  is_plain_ = !has_alpha() && !encoding_.has_matrix() && samples_.x == 0 && samples_.y == 0 &&
+              samples_.width == info_.width && samples_.height == info_.height;
+  for (const std::vector<float>& table : tables_)
+    is_plain_ = is_plain_ && std::all_of(table.begin(), table.end(), is_light);
+}
+
+UnusedShares UnusedShares::of(const PixelCounts& counts) {
+  const double all = std::max<double>(1, static_cast<double>(counts.all()));
+  return {static_cast<double>(counts[PixelUse::kClipped]) / all,
+          static_cast<double>(counts[PixelUse::kTooDark]) / all};
 }
 
 int PhotoRows::top() const {
@@ -110,9 +123,32 @@ PixelUse PhotoRows::finish(float* rgb) const {
 }
 
 template <class T>
+void PhotoRows::look_up(const T* in, float* rgb, float* alpha, PixelUse* use) const {
+  const auto [red, green, blue] = samples_.color;
+  const int channels = samples_.channels;
+  for (int x = 0; x < info_.width; ++x, in += channels, rgb += 3) {
+    const T r = in[red], g = in[green], b = in[blue];
+    rgb[0] = tables_[0][r];
+    rgb[1] = tables_[1][g];
+    rgb[2] = tables_[2][b];
+    PixelUse found = uses_[0][r];
+    if (found == PixelUse::kCounts) found = uses_[1][g];
+    if (found == PixelUse::kCounts) found = uses_[2][b];
+    use[x] = found;
+  }
+  std::fill_n(alpha, info_.width, 1.f);
+}
+
+template <class T>
 void PhotoRows::convert_values(const std::vector<T>& values, int y, float* rgb, float* alpha,
                                PixelUse* use) const {
   const int row = y - samples_.y;
+  if constexpr (std::is_integral_v<T>) {
+    if (is_plain_)
+      return look_up(values.data() + static_cast<std::size_t>(row) * samples_.width *
+                                         static_cast<std::size_t>(samples_.channels),
+                     rgb, alpha, use);
+  }
   for (int x = 0; x < info_.width; ++x) {
     const int column = x - samples_.x;
     float* out = rgb + 3 * static_cast<std::ptrdiff_t>(x);
@@ -191,7 +227,8 @@ std::string PhotoRows::clipping_cure() const {
          three_digits(highest / top()) + "] in the captures or Clip Levels in the panel";
 }
 
-std::vector<std::string> PhotoRows::remarks(const PixelCounts& counts) const {
+std::vector<std::string> PhotoRows::remarks(const PixelCounts& counts,
+                                            const UnusedShares& unused) const {
   std::vector<std::string> warnings;
   const auto add = [&](PixelUse use, const std::string& what) {
     const std::int64_t count = counts[use];
@@ -202,18 +239,16 @@ std::vector<std::string> PhotoRows::remarks(const PixelCounts& counts) const {
   add(PixelUse::kNotFinite, "not finite (NaN or infinite)");
   add(PixelUse::kNegative, "below 0");
   add(PixelUse::kOutsideGamut, "outside the colours of Rec. 709, in which Cycles renders,");
-  const auto add_share = [&](PixelUse use, const std::string& what, const std::string& cure) {
+  const auto add_share = [&](double share, const std::string& what, const std::string& cure) {
     constexpr double kWorthSaying = 0.001;
-    const double share =
-        static_cast<double>(counts[use]) / std::max<double>(1, static_cast<double>(counts.all()));
     if (!(share > kWorthSaying)) return;
     std::array<char, 32> percent{};
     std::snprintf(percent.data(), percent.size(), "%.1f%%", 100 * share);
     warnings.push_back(std::string(percent.data()) + " of its pixels are " + what +
                        " and do not count" + cure);
   };
-  add_share(PixelUse::kClipped, clipped(), clipping_cure());
-  add_share(PixelUse::kTooDark, "darker than what counts", "");
+  add_share(unused.clipped, clipped(), clipping_cure());
+  add_share(unused.too_dark, "darker than what counts", "");
   if (std::any_of(clipping_.begin(), clipping_.end(),
                   [](const ClippingLevel& level) { return level.is_even_white; }))
     warnings.emplace_back(

@@ -72,7 +72,7 @@ Photo read_photo(const std::string& path, bool as_linear) {
       if (rows.has_alpha()) photo.alpha.insert(photo.alpha.end(), alpha.begin(), alpha.end());
     }
     for (const PixelUse use : photo.use) photo.counts.add(use);
-    for (std::string& text : rows.remarks(photo.counts))
+    for (std::string& text : rows.remarks(photo.counts, UnusedShares::of(photo.counts)))
       photo.info.warnings.push_back(std::move(text));
     return photo;
   });

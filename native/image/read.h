@@ -47,6 +47,9 @@ inline constexpr std::array<const char*, kPixelUses> kPixelUseNames{
 class PixelCounts {
  public:
   void add(PixelUse use) { ++counts_[static_cast<std::size_t>(use)]; }
+  void add(const PixelCounts& other) {
+    for (std::size_t i = 0; i < kPixelUses; ++i) counts_[i] += other.counts_[i];
+  }
   std::int64_t operator[](PixelUse use) const { return counts_[static_cast<std::size_t>(use)]; }
   std::int64_t all() const;
 

@@ -117,8 +117,15 @@ py::tuple read_small(const FilePath& path, int width, int height,
                      const std::optional<ResponseArgument>& response,
                      const std::optional<std::array<double, 2>>& counted,
                      const std::optional<py::array_t<double, py::array::c_style>>& corners,
-                     const std::optional<FilePath>& exclude) {
+                     const std::optional<FilePath>& exclude,
+                     const std::optional<py::array_t<bool, py::array::c_style>>& within) {
   Reading reading;
+  if (within) {
+    if (within->ndim() != 2 || within->shape(0) != height || within->shape(1) != width)
+      throw py::value_error("within has shape " + shape_text(*within) +
+                            "; it must be (height, width)");
+    reading.within.assign(within->data(), within->data() + within->size());
+  }
   reading.mask = mask.value_or(FilePath{}).text;
   reading.exclude = exclude.value_or(FilePath{}).text;
   if (response) reading.response = response_of(*response);
@@ -255,7 +262,8 @@ Raises:
     OSError: as `probe`, and for a truncated or damaged file.)");
   m.def("read_at_size", &read_small, "path"_a, "width"_a, "height"_a, "mask"_a = py::none(),
         py::kw_only(), "response"_a = py::none(), "counted"_a = py::none(),
-        "corners"_a = py::none(), "exclude"_a = py::none(), R"(Reads a photo through an area filter.
+        "corners"_a = py::none(), "exclude"_a = py::none(), "within"_a = py::none(),
+        R"(Reads a photo through an area filter.
 
 Args:
     width, height: of the result, at most those of the photo.
@@ -268,6 +276,8 @@ Args:
     corners: (height + 1, width + 1, 2) where the corners of the pixels lie in the photo, x and y in
         its pixels from its top left corner, NaN for nowhere; left out, evenly over all of it.
     exclude: path of a picture as the mask, of which what is at least half white does not count.
+    within: (height, width) bool, of which pixels the warnings of clipping are; left out: of all
+        that the masks leave.
 Returns:
     reference (height, width, 3) float32, linear Rec. 709; weight (height, width) float32, alpha
     times masks, 0 where a photo pixel below is not usable or none is; inside (height, width) bool:

@@ -17,14 +17,21 @@ struct Widened {
   Reparametrization reparametrization;
   double at = 0;
 
-  Widened(double error, const std::vector<double>& apart)
-      : Widened(Unknowns(synthetic_scene(), roughness_from(0.5)), error, apart) {}
+  Widened(double error, const std::vector<double>& apart,
+          const std::vector<PartAnswer>& others = {})
+      : Widened(Unknowns(synthetic_scene(), roughness_from(0.5)), error, apart, others) {}
 
  private:
-  Widened(const Unknowns& unknowns, double error, const std::vector<double>& apart)
+  Widened(const Unknowns& unknowns, double error, const std::vector<double>& apart,
+          const std::vector<PartAnswer>& others)
       : reparametrization(unknowns), at(reparametrization.from_value(0, 0.5)) {
     std::vector<PartAnswer> parts;
-    for (const double one : apart) parts.push_back({Vector::Constant(1, value(one)), {true}});
+    for (const double way : apart) {
+      Confidence sure;
+      sure.determined = true;
+      parts.push_back({Vector::Constant(1, value(way)), {sure}});
+    }
+    parts.insert(parts.end(), others.begin(), others.end());
     TrustReport report;
     report.components.resize(1);
     report.components[0].interval = {value(-kQuantile90 * error), value(kQuantile90 * error)};
@@ -60,6 +67,19 @@ TEST(PartsOfPhotos, AreLeftAloneWithinChance) {
 TEST(PartsOfPhotos, LeaveNothingDeterminedWhereTheyContradictEachOther) {
   EXPECT_FALSE(Widened(0.01, {1, -1}).one.determined);
   EXPECT_TRUE(Widened(0.01, {0.05, -0.05}).one.determined);
+}
+
+// It counts by the nearest value that it permits; one that permits the answer says nothing.
+TEST(PartsOfPhotos, OneThatDeterminesNothingMayExcludeTheAnswer) {
+  Confidence open;
+  open.interval = {0.02, 0.999};
+  const std::vector<PartAnswer> silent{{Vector::Constant(1, 0.999), {open}}};
+  EXPECT_NEAR(Widened(0.01, {0}, silent).variance, 1e-4, 1e-9);
+  open.interval = {0.6, 0.999};
+  const std::vector<PartAnswer> excluding{{Vector::Constant(1, 0.999), {open}}};
+  const Widened found(0.01, {0}, excluding);
+  const double way = found.reparametrization.from_value(0, 0.6) - found.at;
+  EXPECT_NEAR(found.one.interval[1], found.value(2.92 * std::sqrt(way * way / 2)), 1e-6);
 }
 
 /// The picture is the roughness, with noise.

@@ -12,7 +12,7 @@ import pytest
 from selenite import native
 from selenite.fit_run.captures.prepared import Capture, read_captures
 from selenite.problems import Problem
-from selenite.scene_read.capture_request import CaptureRequest, LensDistortion
+from selenite.scene_read.capture_request import CameraLens, CaptureRequest, LensDistortion
 from selenite.scene_read.values import CameraValues, SceneValues
 
 WIDTH, HEIGHT = 480, 320
@@ -34,23 +34,25 @@ DOTS = np.stack(np.meshgrid(ACROSS, DOWN), -1).reshape(-1, 2)
 SIGMA = 3.0
 
 
-def opencv_distorted(points: np.ndarray) -> np.ndarray:
-    """(n, 2) ideal pixels to those of the photo, by OpenCV's formulas with its p1 and p2."""
-    p1, p2 = LENS.p2, LENS.p1
-    x, y = ((points - (LENS.cx, LENS.cy)) / (LENS.fx, LENS.fy)).T
+def opencv_distorted(points: np.ndarray, lens: LensDistortion = LENS) -> np.ndarray:
+    """(n, 2) ideal pixels to those of the photo, by OpenCV's formulas with its p1 and p2; the
+    coefficients that it has not as Metashape's manual has them."""
+    p1, p2 = lens.p2, lens.p1
+    x, y = ((points - (lens.cx, lens.cy)) / (lens.fx, lens.fy)).T
     r2 = x**2 + y**2
-    radial = 1 + LENS.k1 * r2 + LENS.k2 * r2**2 + LENS.k3 * r2**3
-    xd = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x**2)
-    yd = y * radial + p1 * (r2 + 2 * y**2) + 2 * p2 * x * y
-    return np.stack([xd * LENS.fx + LENS.cx, yd * LENS.fy + LENS.cy], -1)
+    radial = 1 + lens.k1 * r2 + lens.k2 * r2**2 + lens.k3 * r2**3 + lens.k4 * r2**4
+    more = 1 + lens.p3 * r2 + lens.p4 * r2**2
+    xd = x * radial + (2 * p1 * x * y + p2 * (r2 + 2 * x**2)) * more
+    yd = y * radial + (p1 * (r2 + 2 * y**2) + 2 * p2 * x * y) * more
+    return np.stack([xd * lens.fx + yd * lens.b2 + lens.cx, yd * lens.fy + lens.cy], -1)
 
 
-def ideal_of(points: np.ndarray) -> np.ndarray:
+def ideal_of(points: np.ndarray, lens: LensDistortion = LENS) -> np.ndarray:
     """The inverse, by fixed-point iteration."""
     found = points.copy()
-    for _ in range(20):
-        found += points - opencv_distorted(found)
-    assert np.abs(opencv_distorted(found) - points).max() < 1e-9
+    for _ in range(40):
+        found += points - opencv_distorted(found, lens)
+    assert np.abs(opencv_distorted(found, lens) - points).max() < 1e-9
     return found
 
 
@@ -61,7 +63,9 @@ def dots_at(points: np.ndarray) -> np.ndarray:
     return 0.1 + 0.8 * across * down
 
 
-def photo(folder: Path, size: tuple[int, int] = (WIDTH, HEIGHT)) -> str:
+def photo(
+    folder: Path, size: tuple[int, int] = (WIDTH, HEIGHT), lens: LensDistortion = LENS
+) -> str:
     """What the lens makes of the picture, each pixel the mean of 2 x 2 points in it."""
     steps = (np.arange(2) + 0.5) / 2
     total = np.zeros((size[1], size[0]))
@@ -69,7 +73,7 @@ def photo(folder: Path, size: tuple[int, int] = (WIDTH, HEIGHT)) -> str:
         for dy in steps:
             x, y = np.meshgrid(np.arange(size[0]) + dx, np.arange(size[1]) + dy)
             places = np.stack([x * WIDTH / size[0], y * HEIGHT / size[1]], -1).reshape(-1, 2)
-            total += dots_at(ideal_of(places)).reshape(total.shape) / 4
+            total += dots_at(ideal_of(places, lens)).reshape(total.shape) / 4
     pixels = np.repeat(total[..., None], 3, axis=-1).astype(np.float32)
     native.image().write_exr(str(folder / "photo.exr"), pixels)
     return str(folder / "photo.exr")
@@ -113,6 +117,67 @@ def test_dots_are_where_the_camera_renders_them(whole: str, height: int) -> None
     assert not problems
     picture = capture.reference[..., 0].astype(np.float64)
     assert np.abs(centres(picture, DOTS, (WIDTH, HEIGHT)) - DOTS).max() < 0.05
+
+
+#: Each moves some dot by more than a third of a pixel.
+UNUSUAL = replace(LENS, b2=12.0, k4=0.08, p3=1.5, p4=-2.5)
+
+
+@pytest.mark.parametrize("name", ["b2", "k4", "p3", "p4"])
+def test_skew_and_high_orders_are_undone(tmp_path: Path, name: str) -> None:
+    lens = replace(LENS, p1=0.01, p2=-0.01, **{name: getattr(UNUSUAL, name)})
+    without = replace(lens, **{name: 0.0})
+    moved = opencv_distorted(DOTS, lens) - opencv_distorted(DOTS, without)
+    assert np.linalg.norm(moved, axis=1).max() > 0.33
+    path = photo(tmp_path, lens=lens)
+    (capture,), problems = read(path, HEIGHT, distortion=lens)
+    assert not problems
+    shown = capture.weight[DOTS[:, 1].astype(int), DOTS[:, 0].astype(int)] > 0
+    picture = capture.reference[..., 0].astype(np.float64)
+    found = centres(picture, DOTS[shown], (WIDTH, HEIGHT))
+    assert shown.mean() > 0.8 and np.abs(found - DOTS[shown]).max() < 0.05
+
+
+def kept(lens: LensDistortion, size: tuple[int, int] = (WIDTH, HEIGHT)) -> SceneValues:
+    """A scene whose camera keeps the lens of its import."""
+    return SceneValues(cameras=[replace(CAMERA, lens=CameraLens(size, lens))])
+
+
+@pytest.mark.parametrize("scale", [1, 2])
+def test_a_photo_gets_the_lens_of_its_camera(whole: str, scale: int) -> None:
+    """Which is that of a calibration at any size: here twice the photo's too."""
+    scene = kept(LENS.at_scale(scale, scale), (scale * WIDTH, scale * HEIGHT))
+    problems, warnings = list[Problem](), list[str]()
+    requests = [CaptureRequest("Front", whole), CaptureRequest("Front", whole)]
+    captures = read_captures(scene, requests, HEIGHT, problems, warnings, {})
+    assert not problems and len(captures) == 2
+    picture = captures[0].reference[..., 0].astype(np.float64)
+    assert np.abs(centres(picture, DOTS, (WIDTH, HEIGHT)) - DOTS).max() < 0.05
+    (remark,) = [text for text in warnings if "kept by the import" in text]
+    assert remark.startswith("Lens of 'Front', kept") and "is undone in the photos" in remark
+
+
+def test_a_photo_may_say_that_it_is_free_of_the_lens(whole: str) -> None:
+    """Or that its lens is another one."""
+    request = CaptureRequest.from_json({"camera": "Front", "photo": whole, "distortion": False})
+    assert CaptureRequest.from_json(request.as_json()) == request
+    plain = read_captures(kept(LENS), [request], HEIGHT, [], [], {})[0]
+    stored = native.image().read(whole)[0]
+    assert np.abs(plain.reference - stored).max() < 1e-6
+    own = replace(request, distortion=LENS)
+    other = kept(replace(LENS, k1=0.3))
+    (capture,) = read_captures(other, [own], HEIGHT, [], [], {})
+    picture = capture.reference[..., 0].astype(np.float64)
+    assert np.abs(centres(picture, DOTS, (WIDTH, HEIGHT)) - DOTS).max() < 0.05
+
+
+def test_a_photo_of_another_shape_keeps_what_its_lens_did(whole: str) -> None:
+    """And is told, as the calibration cannot be of its pixels."""
+    warnings: list[str] = []
+    scene = kept(LENS, (WIDTH, WIDTH))
+    (capture,) = read_captures(scene, [CaptureRequest("Front", whole)], HEIGHT, [], warnings, {})
+    assert np.abs(capture.reference - native.image().read(whole)[0]).max() < 1e-6
+    assert "the photos have another shape than its calibration" in warnings[0]
 
 
 def test_a_photo_in_other_pixels_is_undistorted_alike(tmp_path: Path) -> None:

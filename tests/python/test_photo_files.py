@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import errno
 import struct
 import sys
 import zlib
@@ -19,6 +20,7 @@ pytest.importorskip("selenite._image", reason="the native module is not built")
 import OpenEXR  # noqa: E402
 
 from selenite import native  # noqa: E402
+from selenite.fit_run.captures import prepared  # noqa: E402
 from selenite.fit_run.captures.prepared import Capture, read_captures  # noqa: E402
 from selenite.problems import Problem  # noqa: E402
 from selenite.scene_read.capture_request import CaptureRequest  # noqa: E402
@@ -31,7 +33,9 @@ def read(
 ) -> tuple[Capture | None, list[Problem], list[str]]:
     """As a fit reads it, for one camera of the photo's size."""
     width, rows = size or (WIDTH, HEIGHT)
-    camera = SimpleNamespace(name="Camera", width=width, height=rows, aspect=width / rows)
+    camera = SimpleNamespace(
+        name="Camera", width=width, height=rows, aspect=width / rows, lens=None
+    )
     scene = SimpleNamespace(cameras=[camera], unusable_cameras={})
     problems: list[Problem] = []
     warnings: list[str] = []
@@ -126,6 +130,42 @@ def test_clipped_pixels_have_no_weight_and_their_share_is_said(tmp_path: Path) -
         f"Photo '{tmp_path / 'a.png'}': 25.0% of its pixels are clipped (from green 0.997) "
         "and do not count; give the photo less exposure"
     ]
+
+
+def test_clipping_counts_within_the_mask_alone(tmp_path: Path) -> None:
+    """A bright window beside what is masked is nothing to tell; of a half, twice the share is."""
+    codes = np.full((HEIGHT, WIDTH, 3), 120, np.uint8)
+    codes[:3, :, 1] = 255
+    photo = write_png(tmp_path / "a.png", codes)
+    lower = np.zeros((HEIGHT, WIDTH), np.uint8)
+    lower[3:] = 255
+    assert read(photo, write_png(tmp_path / "lower.png", lower))[2] == []
+    upper = np.zeros((HEIGHT, WIDTH), np.uint8)
+    upper[:6] = 255
+    (said,) = read(photo, write_png(tmp_path / "upper.png", upper))[2]
+    assert "50.0% of its pixels are clipped" in said
+
+
+@pytest.mark.parametrize("rows", [HEIGHT, HEIGHT // 2])
+def test_clipping_counts_within_the_silhouette_alone(tmp_path: Path, rows: int) -> None:
+    """At any size, and where a lens gives each pixel its outline."""
+    codes = np.full((HEIGHT, WIDTH, 3), 120, np.uint8)
+    codes[:3, :, 1] = 255
+    photo = write_png(tmp_path / "a.png", codes)
+    columns = WIDTH * rows // HEIGHT
+    within = np.zeros((rows, columns), bool)
+    within[: rows // 2] = True
+    places = np.stack(
+        np.meshgrid(np.linspace(0, WIDTH, columns + 1), np.linspace(0, HEIGHT, rows + 1)), -1
+    )
+    for corners in (None, places):
+        read_small = native.image().read_at_size
+        info = read_small(str(photo), columns, rows, within=within, corners=corners)[3]
+        assert info["warnings"][0].startswith("50.0% of its pixels are clipped")
+        info = read_small(str(photo), columns, rows, within=~within, corners=corners)[3]
+        assert info["warnings"] == []
+    with pytest.raises(ValueError, match="within has shape"):
+        read_small(str(photo), columns, rows, within=within[1:])
 
 
 def test_clipping_that_is_guessed_names_level_and_cure(tmp_path: Path) -> None:
@@ -252,3 +292,23 @@ def test_a_size_that_memory_could_not_hold_is_refused_before_it_is_asked_for(
     _, problems, _ = read(path, size=(99999, 99999))
     assert "it says it has 99999 x 99999 pixels" in problems[0].cause
     assert "200 megapixels" in problems[0].cure
+
+
+def test_a_packed_photo_whose_copy_does_not_fit_on_the_disk_is_a_problem(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_name: str, _packed: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    picture = write_png(tmp_path / "a.png", np.full((HEIGHT, WIDTH, 3), 128, np.uint8))
+    packed = {"packed:a": picture.read_bytes()}
+    camera = SimpleNamespace(name="Camera", width=WIDTH, height=HEIGHT, aspect=WIDTH / HEIGHT)
+    scene = SimpleNamespace(cameras=[camera], unusable_cameras={})
+    request = CaptureRequest("Camera", "packed:a")
+    problems: list[Problem] = []
+    assert read_captures(scene, [request], HEIGHT, problems, [], packed) and not problems
+    monkeypatch.setattr(prepared, "as_file", full)
+    assert read_captures(scene, [request], HEIGHT, problems, [], packed) == []
+    (problem,) = problems
+    assert problem.object == "Photo 'packed:a'"
+    assert "No space left on device" in problem.cause

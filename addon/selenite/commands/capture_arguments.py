@@ -15,10 +15,13 @@ from ..scene_read.capture_request import (
     GAINS,
     MOST_ERODED,
     CaptureRequest,
+    LensDistortion,
     with_ids,
 )
 
 if TYPE_CHECKING:
+    import bpy
+
     from ..scene_read.values import SceneValues
 
 
@@ -37,6 +40,8 @@ def add_captures(parser: argparse._ActionsContainer, photo: str) -> None:
     parser.add_argument("--background", metavar="WHAT", help=f"it does not count: {background}")
     response = "how code values became of light: auto, srgb, linear, gamma:2.2, or a table"
     parser.add_argument("--response", metavar="NAME|FILE.csv", help=response)
+    undistorted = "the photos are free of the distortion that an import has kept with their cameras"
+    parser.add_argument("--undistorted", action="store_true", help=undistorted)
     parser.add_argument("--captures", metavar="FILE.json", help="photos and how they were taken")
     gain = "factor on the render that the fit finds for each photo; default: none"
     parser.add_argument("--gain", choices=GAINS, help=gain)
@@ -46,6 +51,17 @@ def add_captures(parser: argparse._ActionsContainer, photo: str) -> None:
         default=None,
         help="find a shift and roll of each photo within 4 pixels",
     )
+
+
+def stored_captures(
+    args: argparse.Namespace, scene: bpy.types.Scene, problems: list[Problem]
+) -> list[CaptureRequest]:
+    """Those of the scene. Adds what is wrong with them, unless others are given."""
+    from ..scene_read.photos import captures_of, misplaced_backgrounds  # needs Blender
+
+    if not args.captures and not args.photo:
+        problems += misplaced_backgrounds(scene)
+    return captures_of(scene)
 
 
 def captures_from(
@@ -90,9 +106,15 @@ def captures_from(
             silhouette=item.silhouette if item.silhouette is not None else args.silhouette,
             background=item.background or args.background or "",
             response=response if item.response == AUTO_RESPONSE else item.response,
+            distortion=_distortion(item, undistorted=args.undistorted),
         )
         for item in captures
     )
+
+
+def _distortion(item: CaptureRequest, *, undistorted: bool) -> LensDistortion | bool | None:
+    """Of a photo: its own, or none at all where --undistorted says so."""
+    return False if undistorted and not item.distortion else item.distortion
 
 
 def _masks(

@@ -7,7 +7,7 @@ import argparse
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from .. import mean_free_path
 from ..fit_run.captures import light_states
@@ -18,19 +18,23 @@ from ..fit_run.unknowns import USUAL, usual_requests
 from ..problems import BadInput, Problem, listed
 from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.values import Owner, SceneValues
-from .capture_arguments import captures_from
+from .capture_arguments import captures_from, stored_captures
+from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import say
+
+if TYPE_CHECKING:
+    from ..json_text import JsonObject
 
 #: Photos are read whole and kept small: what is wrong with them does not depend on the size.
 PHOTO_HEIGHT = 64
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> JsonObject:
     """Reads and builds the scene; exit status 2 if anything stands in the way. A render does
     without the photos that the scene names, so that those which are gone do not count."""
     from ..cycles_check import render_settings
-    from ..scene_read.photos import captures_of, packed_photos
+    from ..scene_read.photos import packed_photos
 
     scene, values = open_scene(args.scene, reading_of(args))
     problems: list[Problem] = []
@@ -44,7 +48,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         problems = list(error.problems)
     captures: Sequence[CaptureRequest] = ()
     with suppress(BadInput):  # its problems are in `problems`
-        captures = captures_from(args, captures_of(scene), values, problems)
+        captures = captures_from(args, stored_captures(args, scene, problems), values, problems)
     warnings = list(values.warnings)
     remarks_of: dict[str, list[str]] = {}
     lights_of: dict[str, str] = {}
@@ -117,8 +121,8 @@ def _model(values: SceneValues) -> str:
     return "surface: the scene has no medium"
 
 
-def _owner(owner: Owner, millimetres: float | None) -> dict[str, Any]:
-    rows: dict[str, dict[str, Any]] = {}
+def _owner(owner: Owner, millimetres: float | None) -> JsonObject:
+    rows: dict[str, JsonObject] = {}
     for parameter in owner.rows():
         value = owner.values.get(parameter.name)
         rows[parameter.name] = {
@@ -134,7 +138,7 @@ def _owner(owner: Owner, millimetres: float | None) -> dict[str, Any]:
     return {"kind": owner.kind, "datablock": owner.datablock, "parameters": rows}
 
 
-def _say(report: dict[str, Any], values: SceneValues) -> None:
+def _say(report: JsonObject, values: SceneValues) -> None:
     say(f"{report['objects']} objects, {report['triangles']} triangles; model {report['model']}")
     if report["paths"]:
         say(f"paths are traced {report['paths']}")
@@ -158,7 +162,7 @@ def _say(report: dict[str, Any], values: SceneValues) -> None:
         state = "closed" if body.found.encloses else "not closed"
         count = f"triangles: {body.found.triangles}, bodies: {body.found.bodies}"
         say(f"object '{body.object}' with {body.need} '{body.material}' is {state} ({count})")
-    for text in report["warnings"]:
+    for text in grouped(report["warnings"]):
         say(f"warning: {text}")
-    for problem in report["photo_problems"]:
-        say(f"photo: {Problem(**problem).line()}; a fit needs that, a render does not")
+    for line in grouped(Problem(**problem).line() for problem in report["photo_problems"]):
+        say(f"photo: {line}; a fit needs that, a render does not")

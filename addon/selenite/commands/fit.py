@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..fit_run.answer.results import new_folder, size_of
 from ..fit_run.captures.prepared import without_photo
@@ -30,12 +30,20 @@ from ..problems import BadInput, Problem, meant, problems_of
 from ..scene_read.options import options_of
 from ..scene_read.values import SceneValues
 from . import arguments
-from .capture_arguments import captures_from
+from .capture_arguments import captures_from, stored_captures
 from .environment_arguments import with_environment
 from .fit_results import deliver
 from .fitted.start_result import begin_at, checked, start_folder, starting_there
+from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import bar, say
+
+if TYPE_CHECKING:
+    from .._core import FitResult
+    from ..json_text import JsonObject
+    from ..scene_read.hosts import BpyStruct
+
+    Planned = tuple[BpyStruct, SceneValues, FitPlan, Unfinished]  # bpy scene, its values
 
 #: Where the result folder goes without --out; a resumed run stays where it was.
 DEFAULT_OUT = "selenite-fits"
@@ -43,7 +51,7 @@ DEFAULT_OUT = "selenite-fits"
 _SETTINGS = tuple(field.name for field in fields(FitSettings))
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> JsonObject:
     """Fits, writes the result folder and, with --save, the scene. SCENE may be a run.json."""
     problems: list[Problem] = []
     resumes, out = args.resume is not None, args.out
@@ -65,7 +73,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         checks = not missing
         if missing:
             say(f"warning: {grids[0]}: the check in Cycles is left out: {missing}")
-    for text in plan.warnings:
+    for text in grouped(plan.warnings):
         say(f"warning: {text}")
     if unused := without_photo(values, plan.request.captures):
         say(unused)
@@ -78,9 +86,6 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     recorder = Recorder(unfinished, plan.request, run.inputs)
     result = _fit(job, recorder, resumed=resumes)
     return deliver(args, scene, values, plan, result, out, save, recorder, checks)
-
-
-Planned = tuple[Any, SceneValues, FitPlan, Unfinished]  # bpy scene, its values
 
 
 def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
@@ -96,9 +101,9 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     arguments.stop_if(problems)
     scene, values = open_scene(base.scene, base.reading | reading_of(args))
 
-    from ..scene_read.photos import captures_of, packed_photos
+    from ..scene_read.photos import packed_photos
 
-    stored = base.captures or tuple(captures_of(scene))
+    stored = base.captures or tuple(stored_captures(args, scene, problems))
     if begins_at:
         begin = checked(begins_at)
         values = begin_at(scene, values, begin)
@@ -179,7 +184,7 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     return scene, values, plan, replace(run, inputs=run.inputs or now)
 
 
-def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> dict[str, Any]:
+def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FitResult:
     """Runs to the end; Ctrl+C stops and keeps the best values so far. Of a fit that fails before
     its first iteration no folder stays; then raises BadInput, else FitFailed."""
     job.start()
@@ -287,7 +292,7 @@ def unknowns_of(
 def _with_command(
     problem: Problem,
     args: argparse.Namespace,
-    scene: Any,  # noqa: ANN401 - a bpy scene
+    scene: BpyStruct,
     values: SceneValues,
 ) -> Problem:
     """Where the material is not named: a command that names that of the active object, to be

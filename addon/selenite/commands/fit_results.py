@@ -22,9 +22,11 @@ from ..fit_run.answer.results import (
 from ..fit_run.answer.table import TITLES, lines, sentences
 from ..fit_run.captures.render import as_found
 from ..fit_run.checkpoint import Recorder
+from ..fit_run.field_kinds import IN_PLACE_OF
 from ..fit_run.fields import EnvironmentUnknown, ImageUnknown, fitted_grids
 from ..fit_run.job import fitted_values
 from ..fit_run.plan import FitPlan
+from ..parameters import Values, join_name
 from ..problems import BadInput
 from ..scene_read.values import SceneValues
 from .terminal import bar, say, say_saved, table
@@ -83,7 +85,7 @@ def deliver(
     if save is not None:
         _save(args, scene, values, plan, result, folder, save, report, errors)
     if checks:  # last, so that a check that fails costs nothing but itself
-        _check(scene, plan, result, folder, report, errors)
+        _check(scene, values, plan, result, folder, report, errors)
     return report | ({"error": "; ".join(errors)} if errors else {})
 
 
@@ -134,7 +136,7 @@ def _save(
     from ..cycles_check import render_settings
 
     try:
-        write_back.write(scene, values.owners, fitted_values(plan, result))
+        write_back.write(scene, values.owners, _single_values(values, plan, result))
         report["shown"] = [] if folder is None else _show(scene, values, plan, result, folder)
         if args.set_cycles:
             changed = render_settings.set_for_fit(scene)
@@ -147,6 +149,21 @@ def _save(
         return
     report["saved"] = str(save)
     say_saved(save, kept)
+
+
+def _single_values(
+    values: SceneValues, plan: FitPlan, result: dict[str, Any]
+) -> dict[tuple[str, str], Values]:
+    """What is written into sockets: all single values but a colour that an image feeds
+    and in whose place a fitted image stands."""
+    replaced = {item.name for item in plan.fields}
+
+    def is_fed(key: tuple[str, str]) -> bool:
+        owner, name = key
+        field = join_name(owner, IN_PLACE_OF.get(name, ""))
+        return field in replaced and name in values.owners[owner].fixed
+
+    return {key: value for key, value in fitted_values(plan, result).items() if not is_fed(key)}
 
 
 def _show(
@@ -214,6 +231,7 @@ def _environment(plan: FitPlan, folder: Path) -> list[str]:
 
 def _check(
     scene: Any,  # noqa: ANN401
+    values: SceneValues,
     plan: FitPlan,
     result: dict[str, Any],
     folder: Path | None,
@@ -232,9 +250,9 @@ def _check(
     try:
         images = _images(plan, folder)
         taken = [as_found(item, result) for item in plan.captures]
-        values = fitted_values(plan, result)
+        written = _single_values(values, plan, result)
         environment = next(iter(_environment(plan, folder)), "")
-        job = check.CheckJob(scene, plan.request, values, grids, images, taken, environment)
+        job = check.CheckJob(scene, plan.request, written, grids, images, taken, environment)
         try:
             job.start()
             with bar("Cycles") as shown:

@@ -7,25 +7,27 @@ import argparse
 import json
 import math
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..paths import absolute, is_folder
-from ..problems import BadInput, Problem
+from ..problems import Problem
 from ..scene_read.capture_request import MOST_ERODED, PACKED
 from .arguments import input_file, output_file, stop_if
+from .grouping import grouped
 from .terminal import bar, say, say_saved
 
 if TYPE_CHECKING:
     from ..importers.plan import ImportPlan, ImportRequest
     from ..importers.reconstruction import PackedPicture
     from ..importers.to_blender import Created
+    from ..json_text import JsonObject
 
 _FILE = "give a file of a reconstruction; see selenite import --help"
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Reads, makes a new scene of it, and saves that. Nothing is written if anything is wrong."""
     problems: list[Problem] = []
     save = output_file(args.save, (".blend",), problems)
@@ -75,7 +77,7 @@ def _request(args: argparse.Namespace, problems: list[Problem]) -> ImportRequest
     if args.silhouette is not None and not 0 <= args.silhouette <= MOST_ERODED:
         cure = f"give a number of pixels from 0 to {MOST_ERODED}"
         problems.append(Problem("Argument --silhouette", f"it is {args.silhouette}", cure))
-    given: dict[str, Any] = {
+    given: dict[str, object] = {
         "cameras": _source(args.cameras, problems) if args.cameras is not None else None,
         "photos": _folder("--photos", args.photos, problems),
         "masks": _folder("--masks", args.masks, problems),
@@ -121,21 +123,17 @@ def _save(path: Path) -> str:
     "". Raises BadInput."""
     import bpy
 
+    from ..scene_read.blend_file import whole_blend
     from ..write_back import replaced_file_kept
 
-    try:
-        with replaced_file_kept(str(path)) as kept:
-            bpy.ops.wm.save_as_mainfile(
-                filepath=str(path), check_existing=False, relative_remap=False, compress=False
-            )
-    except RuntimeError as error:
-        cause = " ".join(str(error).removeprefix("Error: ").split())
-        title = f"File '{path}'"
-        raise BadInput(Problem(title, f"cannot be written ({cause})", "give another")) from error
+    with replaced_file_kept(str(path)) as kept, whole_blend(str(path), "give another"):
+        bpy.ops.wm.save_as_mainfile(
+            filepath=str(path), check_existing=False, relative_remap=False, compress=False
+        )
     return kept
 
 
-def _report(plan: ImportPlan, save: Path, made: Created) -> dict[str, Any]:
+def _report(plan: ImportPlan, save: Path, made: Created) -> JsonObject:
     return {
         "saved": str(save),
         "name": plan.name,
@@ -161,6 +159,7 @@ def _report(plan: ImportPlan, save: Path, made: Created) -> dict[str, Any]:
                 "triangles": len(item.triangles),
                 "materials": [
                     {"name": material.name, "texture": _texture(one.texture)}
+                    | ({"times_colors": True} if one.times_colors else {})
                     for one, material in zip(item.materials, materials, strict=True)
                 ],
             }
@@ -181,7 +180,7 @@ def _texture(texture: Path | PackedPicture | None) -> str | None:
     return str(texture) if isinstance(texture, Path) else f"{PACKED}{texture.name}"
 
 
-def _say(report: dict[str, Any], undistort: bool, kept: str) -> None:
+def _say(report: JsonObject, undistort: bool, kept: str) -> None:
     size = f"; {_lengths(report['size_m'])}" if any(report["size_m"]) else ""
     cameras = len(report["cameras"])
     say(f"'{report['name']}': cameras: {cameras}, with a photo: {report['captures']}{size}")
@@ -192,7 +191,7 @@ def _say(report: dict[str, Any], undistort: bool, kept: str) -> None:
         say(f"mesh '{mesh['name']}': {counts}{shown}")
     if any(item["distorted"] for item in report["cameras"]) and not undistort:
         say("the lens distorts the photos; a fit undoes it, Blender's background images do not")
-    for text in report["warnings"]:
+    for text in grouped(report["warnings"]):
         say(f"warning: {text}")
     say("light: an even white world of strength 1 stands in; set or fit your own")
     say_saved(report["saved"], kept)
@@ -202,7 +201,7 @@ def _say(report: dict[str, Any], undistort: bool, kept: str) -> None:
         say(f"then: selenite fit {file} {' '.join(_usual(report['meshes']))}")
 
 
-def _usual(meshes: Sequence[Mapping[str, Any]]) -> list[str]:
+def _usual(meshes: Sequence[JsonObject]) -> list[str]:
     """What of each material is usually fitted first, as words of the command line."""
     found: dict[str, None] = {}
     for material in (one for mesh in meshes for one in mesh["materials"]):
@@ -210,6 +209,8 @@ def _usual(meshes: Sequence[Mapping[str, Any]]) -> list[str]:
         if any(letter in name for letter in '=:,"\n') or name.startswith("-"):
             name = json.dumps(name, ensure_ascii=False)
         parameters = "base_color_texture" if material["texture"] else "base_color,roughness"
+        if material.get("times_colors"):  # the base colour is a product of two
+            parameters = "Principled BSDF.Roughness"
         found[f"--fit {shlex.quote(f'{name}:{parameters}')}"] = None
     return list(found)
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..fit_run.answer.fitted_scene import RESULT
 from ..fit_run.captures.render import as_reported
@@ -24,15 +23,19 @@ from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
 from . import arguments
-from .capture_arguments import captures_from
+from .capture_arguments import captures_from, stored_captures
 from .fit import unknowns_of
 from .scene import find_constant, open_scene, reading_of
 from .terminal import bar, say, say_saved, table
 
+if TYPE_CHECKING:
+    from ..json_text import JsonObject
+    from ..scene_read.hosts import BpyStruct
+
 _SETTINGS = ("height", "seed", "depth", "threads", "physical_refraction")
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> JsonObject:
     """Ranks the places and, with --save, puts a camera at the best one. SCENE may be a run.json or
     a result folder: then its fitted values count."""
     problems: list[Problem] = []
@@ -45,14 +48,16 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         problems += error.problems
     scene, values = open_scene(base.scene, base.reading | reading_of(args))
 
-    from ..scene_read.photos import captures_of, packed_photos
+    from ..scene_read.photos import packed_photos
 
     unknowns = unknowns_of(args, base, values, (), problems)
     changes = _changes(args, values, problems)
     request = RunRequest(
         scene=str(absolute(base.scene)),
         unknowns=tuple(_at(item, {**fitted, **changes}) for item in unknowns),
-        captures=captures_from(args, base.captures or captures_of(scene), values, problems),
+        captures=captures_from(
+            args, base.captures or stored_captures(args, scene, problems), values, problems
+        ),
         settings=settings,
     )
     try:
@@ -84,7 +89,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
 def _asked(
     path: Path,
-) -> tuple[RunRequest, dict[tuple[str, str], Values], ModelError, Mapping[str, Any]]:
+) -> tuple[RunRequest, dict[tuple[str, str], Values], ModelError, JsonObject]:
     """What was asked for, the values that were found, none for a scene, what they leave
     unexplained, and the report that says so. Raises BadInput."""
     if is_folder(path):
@@ -139,7 +144,7 @@ def _changes(
     return found
 
 
-def _save(scene: Any, found: Suggestion, path: str) -> str:  # noqa: ANN401 - a bpy scene
+def _save(scene: BpyStruct, found: Suggestion, path: str) -> str:  # a bpy scene
     """A copy of the file with the camera in it; where the best place has one, that one is the
     scene's camera."""
     from .. import write_back

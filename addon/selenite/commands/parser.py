@@ -237,7 +237,8 @@ def _add_compare(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "compare", ".commands.fitted.compare")
     parser.add_argument("result", metavar="RESULT", help="folder of a fit")
     scene = "where the scene of the fit lies now; default: where it was"
-    parser.add_argument("--scene", metavar="SCENE.blend", help=scene)
+    group = parser.add_argument_group("what is rendered")
+    group.add_argument("--scene", metavar="SCENE.blend", help=scene)
     photos = "default: those that the fit held out, or else those that it has seen"
     add_captures(parser.add_argument_group("photos"), photos)
     add = parser.add_argument_group("settings of the renders").add_argument

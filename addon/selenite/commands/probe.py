@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import argparse
 import csv
-import os
 import time
-from typing import Any, TextIO
+from typing import TextIO
 
 import numpy as np
 
 from .. import native
+from ..atomic_files import partial_name
 from ..problems import BadInput, Problem
 from . import arguments
 from .probe_table import RESULTS, SLOPE, Layout, Part, TableReader
@@ -20,7 +20,7 @@ from .terminal import say
 VALUES = RESULTS[:3]
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Evaluates each row of FILE.csv and writes --out, or nothing if any row is wrong."""
     started = time.perf_counter()
     problems: list[Problem] = []
@@ -30,7 +30,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         cause = "it is the table that is read"
         problems.append(Problem(f"File '{args.out}'", cause, "give another name to --out"))
     arguments.stop_if(problems)
-    partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
+    partial = partial_name(out)
     with source.open(encoding="utf-8-sig", newline="") as file:
         reader = TableReader(source, file)
         try:

@@ -5,20 +5,20 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import Any
 
 from ..fit_run.settings import FitSettings, with_overrides
 from ..information.world_rotation import RotationSearch, said
 from ..problems import BadInput, Problem
 from . import arguments
-from .capture_arguments import captures_from
+from .capture_arguments import captures_from, stored_captures
+from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import bar, say, say_saved
 
 _SETTINGS = ("height", "spp", "seed", "depth", "threads", "physical_refraction")
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Says the angle and the strength and, with --save, writes a copy of the scene at them."""
     problems: list[Problem] = []
     save = arguments.optional_file(args.save, (".blend",), problems)
@@ -29,24 +29,24 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         problems += error.problems
     scene, values = open_scene(args.scene, reading_of(args))
 
-    from ..scene_read.photos import captures_of, packed_photos
+    from ..scene_read.photos import packed_photos
 
-    requests = captures_from(args, captures_of(scene), values, problems)
+    requests = captures_from(args, stored_captures(args, scene, problems), values, problems)
     arguments.stop_if([*values.problems, *problems])
     values.physical_refraction = settings.physical_refraction
     search = RotationSearch(values, requests, settings, packed_photos())
     with bar("rotating") as shown:
         for step in search.steps():
             shown.update(step.fraction)
-    for text in search.warnings:
+    for text in grouped(search.warnings):
         say(f"warning: {text}")
     first, *more = said(search)
     say(first)
-    for text in more:
+    for text in grouped(more):
         say(f"warning: {text}")
     result, strength = search.result, search.strength
     assert result is not None
-    report: dict[str, Any] = {
+    report: dict[str, object] = {
         "degrees": math.degrees(result.angle),
         "strength": strength,
         "misfit": result.misfit,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..fit_run.plan import FitPlan
 from ..fit_run.request import RunRequest
@@ -17,15 +17,19 @@ from ..trade.expected import Estimate
 from ..trade.measure import Trade
 from ..trade.start import estimate_of, trade_of
 from . import arguments
-from .capture_arguments import captures_from
+from .capture_arguments import captures_from, stored_captures
 from .fit import unknowns_of
+from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import bar, say, table
+
+if TYPE_CHECKING:
+    from ..json_text import JsonObject
 
 _SETTINGS = ("loss", "optimiser", "seed", "threads", "physical_refraction")
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> JsonObject:
     """Measures within --budget and writes the table and the plot into --out; with --expected
     prints what the presets should take, and writes nothing."""
     problems: list[Problem] = []
@@ -44,12 +48,12 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         problems += error.problems
     scene, values = open_scene(args.scene, reading_of(args))
 
-    from ..scene_read.photos import captures_of, packed_photos
+    from ..scene_read.photos import packed_photos
 
     request = RunRequest(
         scene=str(absolute(args.scene)),
         unknowns=unknowns_of(args, RunRequest(args.scene), values, (), problems),
-        captures=captures_from(args, captures_of(scene), values, problems),
+        captures=captures_from(args, stored_captures(args, scene, problems), values, problems),
         settings=settings,
     )
     try:
@@ -63,7 +67,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if args.expected:
         return _expect(estimate)
     plan = trade.plan
-    for text in plan.warnings:
+    for text in grouped(plan.warnings):
         say(f"warning: {text}")
     _measure(trade)
     content = report.report(trade)
@@ -79,9 +83,9 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     return content | {"folder": str(out), "files": files}
 
 
-def _expect(estimate: Estimate) -> dict[str, Any]:
+def _expect(estimate: Estimate) -> JsonObject:
     """Seconds and errors of the presets, line by line."""
-    for text in estimate.warnings:
+    for text in grouped(estimate.warnings):
         say(f"warning: {text}")
     with bar("estimating") as shown:
         for step in estimate.steps():
@@ -104,7 +108,7 @@ def _measure(trade: Trade) -> None:
         trade.cancel()
 
 
-def _show(content: dict[str, Any], plan: FitPlan) -> None:
+def _show(content: JsonObject, plan: FitPlan) -> None:
     """The table, fastest first; `front` marks what nothing else beats in time and error."""
     rows = sorted(content["settings"], key=lambda row: row["seconds"] or math.inf)
     table(

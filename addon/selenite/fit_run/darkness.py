@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from ..problems import Problem
 from ..scene_read.values import MaterialValues, SceneValues
-from .captures.light_states import AS_IN_SCENE, described
+from .captures.light_states import AS_IN_SCENE, LightState, described
 from .captures.prepared import Capture
 from .fields import FieldUnknown
 from .unknowns import Unknown
@@ -47,7 +46,7 @@ def problems_of_darkness(
     ]
 
 
-def _is_dark(values: SceneValues, lights: Mapping[str, Any], fitted: set[str]) -> bool:
+def _is_dark(values: SceneValues, lights: LightState, fitted: set[str]) -> bool:
     on = lights["lamps"]
     lamps = (item for item in values.lights if on is None or (item.object or item.name) in on)
     if any(item.name in fitted or (item.power > 0 and max(item.color) > 0) for item in lamps):

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,7 +21,9 @@ from .turntable import light_turns
 from .unlit import light_in_the_dark
 from .views import View, blurred, eroded
 
-History = Mapping[str, Any]  # as the native result has it
+if TYPE_CHECKING:
+    from .._core import FitResult, History
+
 
 #: Nothing is said about pictures and losses before so many iterations: a start may be anything.
 FIRST_ITERATION = 8
@@ -152,7 +154,7 @@ def loss_flat(history: History) -> list[str]:
     ]
 
 
-def still_falling(result: dict[str, Any]) -> list[str]:
+def still_falling(result: FitResult) -> list[str]:
     """Of a fit at its end, by its result: a loss that the last iterations still brought down,
     beyond noise. Where the photos are explained nothing is left to gain."""
     if result.get("stopped") != native.core().StopReason.ITERATIONS or trust.explained(result):

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,8 +25,12 @@ from .fields import FieldUnknown
 from .photos.silhouette import Silhouettes
 from .request import RunRequest, UnknownRequest
 from .staging import plan as stage_plan
+from .staging.colour_first import with_colours
 from .staging.plan import Stage
 from .unknowns import Unknown, choose, usual_requests
+
+if TYPE_CHECKING:
+    from .._core import Scene
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,7 @@ class FitPlan:
     """
 
     request: RunRequest
-    scene: Any
+    scene: Scene
     captures: list[Capture]
     unknowns: list[Unknown]
     fields: list[FieldUnknown]
@@ -68,6 +72,8 @@ def prepare(
     problems = list(values.problems)
     warnings = list(values.warnings)
     requests = request.unknowns or tuple(usual_requests(values, problems))
+    values.physical_refraction = request.settings.physical_refraction
+    values = with_colours(values, requests, request.stages, warnings)
     single, many = all_fields.split(requests)
     unknowns = choose(values, single, request.settings, problems, warnings)
     wanted = stage_plan.named(values, request.stages, problems)
@@ -108,7 +114,6 @@ def prepare(
     warnings += light_states.remarks(values, request.captures)
     if problems:
         raise BadInput(problems)
-    values.physical_refraction = request.settings.physical_refraction
     values = values.without_shut({(item.owner, item.parameter.name) for item in unknowns})
     go_on()
     scene = build_scene(all_fields.with_fields(values, fields))
@@ -181,7 +186,7 @@ def _has_medium(values: SceneValues, requests: Sequence[UnknownRequest]) -> bool
 
 
 def _suspicions(
-    values: SceneValues, request: RunRequest, captures: Sequence[Capture], scene: Any
+    values: SceneValues, request: RunRequest, captures: Sequence[Capture], scene: Scene
 ) -> list[str]:
     """Of the photos without a mask, beside what the scene renders at its start values."""
     asked = with_ids(request.captures, (camera.name for camera in values.cameras))
@@ -214,7 +219,7 @@ def _not_files(capture: CaptureRequest) -> list[Problem]:
     return found
 
 
-def build_scene(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no Python type
+def build_scene(values: SceneValues) -> Scene:
     """Builds the native scene; what the native side refuses becomes a Problem. What else is wrong
     with a scene without a camera is told with that."""
     problems = [*values.problems, *not_finite(values)]
@@ -240,7 +245,7 @@ def build_scene(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene ha
     return scene
 
 
-def paths_traced(scene: Any) -> str:  # noqa: ANN401 - a native Scene has no Python type
+def paths_traced(scene: Scene) -> str:
     """How many paths of the scene a thread traces together, and why."""
     obstacle = native.core().lanes_obstacle(scene)
     return f"one at a time: {obstacle}" if obstacle else "eight at a time"

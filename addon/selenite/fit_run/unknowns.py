@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from .. import native, parameters
 from ..parameters import Parameter, Values
@@ -15,6 +15,9 @@ from ..scene_read.values import Owner, SceneValues
 from .field_kinds import KINDS
 from .request import UnknownRequest
 from .settings import FitSettings
+
+if TYPE_CHECKING:
+    from .. import _core
 
 #: The kind of the Problem where several materials can be fitted and none is named.
 WHICH_MATERIAL = "which-material"
@@ -51,7 +54,7 @@ class Unknown:
         ends["maximum"] = self.maximum >= self.parameter.upper
         return frozenset(side for side, is_end in ends.items() if is_end)
 
-    def native(self) -> Any:  # noqa: ANN401 - a native Unknown
+    def native(self) -> _core.Unknown:
         """What the native module takes."""
         return native.core().Unknown(
             self.owner, self.parameter.name, self.minimum, self.maximum, list(self.start),

@@ -3,16 +3,21 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
 import bpy
+import numpy as np
 
+from .. import native
+from ..fit_run.photos.files import unreadable
 from ..problems import BadInput, Problem
-from .reconstruction import MeshMaterial, PackedPicture, ReconstructedMesh
+from .reconstruction import WHITE, MeshMaterial, PackedPicture, ReconstructedMesh
 
-WHITE = (1.0, 1.0, 1.0, 1.0)
+#: The colour attribute of imported meshes.
+COLORS = "Color"
 _SPECULAR = ("Specular IOR Level", "Specular")  # 4.0 on, before
 
 
@@ -89,15 +94,70 @@ class Materials:
         node = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
         node.inputs["Metallic"].default_value = 0.0
         next(node.inputs[name] for name in _SPECULAR if name in node.inputs).default_value = 0.5
-        node.inputs["Base Color"].default_value = WHITE
+        node.inputs["Base Color"].default_value = (*wanted.color, 1.0)
         if wanted.texture is not None and has_uvs:
+            node.inputs["Base Color"].default_value = (*WHITE, 1.0)
             texture = tree.nodes.new("ShaderNodeTexImage")
-            texture.image = self._image(wanted.texture)
+            texture.image = self._image(wanted.texture, wanted.color)
             texture.location = (node.location.x - 320, node.location.y)
-            tree.links.new(texture.outputs["Color"], node.inputs["Base Color"])
+            known = texture.bl_rna.properties["extension"]
+            assert isinstance(known, bpy.types.EnumProperty)  # noqa: S101 - so RNA has it
+            extensions = known.enum_items
+            if wanted.extension in extensions:  # Blender 3.4 does not mirror
+                texture.extension = wanted.extension
+            shown = texture.outputs["Color"]
+            if wanted.times_colors:
+                colors = tree.nodes.new("ShaderNodeVertexColor")
+                colors.layer_name = COLORS
+                shown = self._times(tree, shown, colors.outputs["Color"])
+            tree.links.new(shown, node.inputs["Base Color"])
         return material
 
-    def _image(self, texture: Path | PackedPicture) -> bpy.types.Image:
+    @staticmethod
+    def _times(
+        tree: bpy.types.NodeTree,
+        first: bpy.types.NodeSocket,
+        second: bpy.types.NodeSocket,
+    ) -> bpy.types.NodeSocket:
+        """The product of two colours."""
+        node = tree.nodes.new("ShaderNodeMix")
+        node.data_type, node.blend_type = "RGBA", "MULTIPLY"
+        node.inputs[0].default_value = 1.0
+        node.location = (first.node.location.x + 160, first.node.location.y - 160)
+        one, other = [socket for socket in node.inputs if socket.type == "RGBA"]
+        tree.links.new(first, one)
+        tree.links.new(second, other)
+        return next(socket for socket in node.outputs if socket.type == "RGBA")
+
+    def _image(
+        self, texture: Path | PackedPicture, factor: tuple[float, float, float]
+    ) -> bpy.types.Image:
+        """The picture, times a factor in linear light, so that the image alone is the base
+        colour and can be fitted."""
+        if factor != WHITE:
+            texture = _scaled(texture, factor)
         if isinstance(texture, PackedPicture):
             return self._images.pack(texture)
         return self._images.load(texture)
+
+
+def _scaled(texture: Path | PackedPicture, factor: tuple[float, float, float]) -> PackedPicture:
+    """As PNG of 16 bits, or OpenEXR where the picture has floats. Raises BadInput."""
+    name = texture.name
+    with tempfile.TemporaryDirectory(prefix="selenite-") as folder:
+        file = Path(folder) / "picture"
+        if isinstance(texture, PackedPicture):
+            file.write_bytes(texture.data)
+        else:
+            file = texture
+        try:
+            pixels, _, info = native.image().read(str(file))
+            pixels = np.ascontiguousarray(pixels * np.asarray(factor, np.float32))
+            scaled = Path(folder) / "scaled"
+            if info["float"]:
+                native.image().write_exr(str(scaled), pixels)
+            else:
+                native.image().write_png(str(scaled), pixels, 16)
+        except (OSError, ValueError, MemoryError) as error:
+            raise BadInput(unreadable(f"Picture '{name}' of the mesh", error)) from error
+        return PackedPicture(Path(name).stem, scaled.read_bytes())

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -14,11 +15,12 @@ import mathutils
 import numpy as np
 
 from ..scene_read import hosts
-from .obj_materials import pictures_of
-from .obj_offset import near_origin
-from .readers import tiles
+from ..scene_read.geometry import corner_normals
+from .appearance import Appearances, of_gltf, of_obj
+from .blender_material import COLORS
+from .obj_scan import ObjScan, scan, write_copy
 from .readers.files import shortened
-from .reconstruction import MeshMaterial, PackedPicture, ReconstructedMesh, ReconstructionError
+from .reconstruction import MeshMaterial, ReconstructedMesh, ReconstructionError
 
 #: Blender's importers keep single precision, 6e-8 of the largest coordinate.
 _COARSE = 1000.0
@@ -51,7 +53,7 @@ def new_mesh(mesh: ReconstructedMesh, made: list[bpy.types.ID]) -> bpy.types.Mes
         layer = data.uv_layers.new(name="UVMap")
         layer.data.foreach_set("uv", np.asarray(mesh.uvs[real], np.float32).ravel())
     if mesh.colors is not None:
-        attribute = cast(Any, data.color_attributes).new("Color", "FLOAT_COLOR", "POINT")
+        attribute = cast(Any, data.color_attributes).new(COLORS, "FLOAT_COLOR", "POINT")
         colors = np.ones((len(mesh.positions), 4), np.float32)
         colors[:, :3] = mesh.colors
         attribute.data.foreach_set("color", colors.ravel())
@@ -66,17 +68,20 @@ def read_with_blender(file: Path) -> tuple[tuple[ReconstructedMesh, ...], tuple[
     """The meshes of an OBJ or glTF file, with the axes of the file (glTF, whose y points
     upward, as Blender turns it), and remarks. Leaves nothing in the open file. Raises
     ReconstructionError."""
+    remarks: list[str] = []
+    scanned = scan(file) if file.suffix.lower() == ".obj" else None
+    offset = np.zeros(3) if scanned is None else scanned.offset
+    appearances = of_gltf(file, remarks) if scanned is None else of_obj(file, scanned, remarks)
     with _scratch_scene() as scene:
         before = set(bpy.data.user_map())
         try:
-            with near_origin(file) as (near, offset):
-                _import(near)
-                graph = bpy.context.evaluated_depsgraph_get()
-                made = [item for item in scene.objects if item.type == "MESH"]
-                found = [_neutral(item.evaluated_get(graph), file) for item in made]
-                several = [name for item in made for name in _mixed(item)]
+            with _readable(file, scanned) as readable:
+                _import(readable)
+            graph = bpy.context.evaluated_depsgraph_get()
+            made = [item for item in scene.objects if item.type == "MESH"]
+            found = [_neutral(item.evaluated_get(graph), appearances) for item in made]
             meshes = tuple(replace(one, positions=one.positions + offset) for one in found)
-        except (RuntimeError, AttributeError, ImportError, OSError) as error:
+        except (RuntimeError, AttributeError, ImportError, OSError, IndexError, KeyError) as error:
             cure = "export the mesh again, as OBJ or X3D"
             cause = f"not imported ({_said(error)})"
             raise ReconstructionError(file, "mesh", cause, cure) from error
@@ -88,25 +93,31 @@ def read_with_blender(file: Path) -> tuple[tuple[ReconstructedMesh, ...], tuple[
         raise ReconstructionError(file, "mesh", "Blender finds no faces in it", cure)
     far = 0.0 if offset.any() else max(float(np.abs(mesh.positions).max()) for mesh in meshes)
     size = float(np.ptp(np.concatenate([mesh.positions for mesh in meshes]), axis=0).max())
-    remarks: tuple[str, ...] = tuple(
-        f"material '{name}': of its textures of colour only the first is used"
-        for name in dict.fromkeys(several)
-    )
-    lost = {one.name for mesh in meshes for one in mesh.materials if one.texture is None}
-    lost |= {name.rpartition(".")[0] for name in lost}  # the open file had one of the name
-    remarks += tuple(
-        f"the texture '{shortened(picture)}' of material '{name}' is not there, below the folder of"
-        " the mesh: its faces are white"
-        for name, picture in pictures_of(file).items()
-        if name in lost
-    )
     if far > _COARSE * size:
-        remarks += (
+        remarks.append(
             f"mesh file '{file.name}' reaches from its origin {far / size:.0f} times as far as it "
             "is large: single precision has moved its vertices; export it with a local origin, or "
-            "as X3D",
+            "as X3D"
         )
-    return meshes, remarks
+    if scanned is not None and scanned.lost_normals:
+        remarks.append(
+            f"mesh file '{file.name}': {scanned.lost_normals} of its normals are no numbers; those "
+            "of the faces take their place"
+        )
+    return meshes, tuple(dict.fromkeys(remarks))
+
+
+@contextmanager
+def _readable(file: Path, scanned: ObjScan | None) -> Iterator[Path]:
+    """The file, or the copy of an OBJ that Blender's importer reads as it is meant. Materials and
+    pictures of an OBJ are read here, see `obj_materials`."""
+    if scanned is None or not scanned.needs_copy:
+        yield file
+        return
+    with tempfile.TemporaryDirectory(prefix="selenite-") as folder:
+        copy = Path(folder) / file.name
+        write_copy(file, scanned, copy)
+        yield copy
 
 
 @contextmanager
@@ -168,26 +179,26 @@ def world_triangles(
     return placed, triangles.reshape(-1, 3)
 
 
-def _neutral(item: bpy.types.Object, file: Path) -> ReconstructedMesh:
+def _neutral(item: bpy.types.Object, appearances: Appearances) -> ReconstructedMesh:
     mesh = item.to_mesh()
     positions, triangles = world_triangles(mesh, item.matrix_world)
     corners = hosts.whole_numbers(mesh.loop_triangles, "loops", 3)
-    uvs = hosts.corner_uv_maps(mesh, corners)
+    maps = {name: uv.reshape(-1, 3, 2) for name, uv in hosts.corner_uv_maps(mesh, corners)}
     smooth = any(polygon.use_smooth for polygon in mesh.polygons)
     normals = None
     if smooth:
         matrix = np.array(item.matrix_world, np.float64)
-        normals = hosts.corner_normals(mesh, corners, triangles.ravel()) @ np.linalg.inv(
-            matrix[:3, :3]
-        )
+        local = hosts.floats(mesh.vertices, "co", 3)
+        of_corners = corner_normals.of(mesh, local, corners, triangles.ravel())
+        normals = of_corners @ np.linalg.inv(matrix[:3, :3])
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = (normals / np.where(lengths > 0, lengths, 1)).reshape(-1, 3, 3)
-    materials, material_of = _materials(item, file)
+    materials, material_of, uvs = _materials(item, appearances, maps)
     return ReconstructedMesh(
         name=item.name,
         positions=positions,
         triangles=triangles,
-        uvs=uvs[0][1].reshape(-1, 3, 2) if uvs else None,
+        uvs=uvs,
         normals=normals,
         colors=_colors(mesh),
         materials=materials,
@@ -209,61 +220,36 @@ def _colors(mesh: bpy.types.Mesh) -> np.ndarray | None:
 
 
 def _materials(
-    item: bpy.types.Object, file: Path
-) -> tuple[tuple[MeshMaterial, ...], np.ndarray | None]:
-    """Those that faces have, and which each of `loop_triangles` has."""
+    item: bpy.types.Object, appearances: Appearances, maps: dict[str, np.ndarray]
+) -> tuple[tuple[MeshMaterial, ...], np.ndarray | None, np.ndarray | None]:
+    """Those that faces have, which each of `loop_triangles` has, and where in its picture each
+    corner lies. maps: (triangles, 3, 2) by name, the usual one first."""
     mesh = cast(bpy.types.Mesh, item.data)
     last = max(len(item.material_slots) - 1, 0)  # Blender shows it for what is beyond
     slots = np.minimum(hosts.whole_numbers(mesh.loop_triangles, "material_index", 1), last)
     used, which = np.unique(slots, return_inverse=True)
+    which = which.reshape(-1)
+    usual = next(iter(maps.values()), None)
+    uvs = None if usual is None else usual.astype(np.float64)
     found = []
-    for index in used:
+    for number, index in enumerate(used):
         slot = item.material_slots[index] if len(item.material_slots) else None
-        material = slot.material if slot is not None else None
-        name = "" if material is None else material.name
-        found.append(MeshMaterial(name, _texture(material, file)))
+        shown = appearances.of(slot.material if slot is not None else None)
+        material = shown.material
+        if uvs is not None and usual is not None:
+            faces = which == number
+            placed = maps.get(shown.uv_map, usual)[faces].astype(np.float64)
+            uvs[faces] = placed @ shown.placed[:, :2].T + shown.placed[:, 2]
+            if material.texture is not None and _within(uvs[faces]):
+                material = replace(material, extension="REPEAT")  # it ends nowhere inside
+            elif material.texture is not None:
+                appearances.note_wrap(shown)
+        found.append(material)
     if len(found) < 2:
-        return tuple(found) or (MeshMaterial(),), None
-    return tuple(found), which.reshape(-1)
+        return tuple(found) or (MeshMaterial(),), None, uvs
+    return tuple(found), which, uvs
 
 
-def _texture(material: bpy.types.Material | None, file: Path) -> Path | PackedPicture | None:
-    """Behind the base colour: a file in the folder of `file` or inside, or what `file` holds."""
-    for image in _base_images(material):
-        path = Path(bpy.path.abspath(image.filepath)).resolve() if image.filepath else file
-        is_there = path.is_file() or bool(tiles.of(path))
-        if path != file and is_there and path.is_relative_to(file.resolve().parent):
-            return path
-        if image.packed_file is not None:
-            return PackedPicture(image.name, bytes(image.packed_file.data))
-    return None
-
-
-def _mixed(item: bpy.types.Object) -> Iterator[str]:
-    """Materials in which several pictures make the base colour."""
-    for slot in item.material_slots:
-        if slot.material is not None and len(set(_base_images(slot.material))) > 1:
-            yield slot.material.name
-
-
-def _base_images(material: bpy.types.Material | None) -> Iterator[bpy.types.Image]:
-    """Images behind the base colour of a material; where its shader has none, as glTF has for what
-    is lit already, all that hold colours."""
-    tree = material.node_tree if material is not None else None
-    if tree is None:
-        return
-    bases = [node.inputs["Base Color"] for node in tree.nodes if "Base Color" in node.inputs]
-    links = [link for base in bases for link in base.links]
-    nodes = [node for link in links for node in _upstream(link.from_node)]
-    for node in nodes if bases else tree.nodes:
-        image = getattr(node, "image", None)
-        if image is not None and not hosts.is_data(image):
-            yield image
-
-
-def _upstream(node: bpy.types.Node) -> Iterator[bpy.types.Node]:
-    """The node and all that lead to it: a colour may be mixed with a texture."""
-    yield node
-    for socket in node.inputs:
-        for link in socket.links:
-            yield from _upstream(link.from_node)
+def _within(uvs: np.ndarray) -> bool:
+    """Whether all of them lie on the picture, but for rounding."""
+    return bool((uvs >= -1e-5).all() and (uvs <= 1 + 1e-5).all())

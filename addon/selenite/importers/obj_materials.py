@@ -1,44 +1,183 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which pictures the materials of an OBJ name: of those that are not there, Blender's importer says
-nothing."""
+"""The materials of an OBJ: the colour or the picture of each, and how that is placed.
+
+Blender's importer says nothing of a library or a picture that is not there, and finds neither where
+it was written on Windows.
+"""
 
 from __future__ import annotations
 
+import re
+from dataclasses import dataclass
 from pathlib import Path
 
-from .readers.files import inside, is_file
+from .obj_scan import ObjScan, lines_of
+from .readers import tiles
+from .readers.files import inside, is_file, shortened
+from .readers.texture import in_any_case
+from .reconstruction import WHITE, MeshMaterial
 
-#: Bytes of a library of materials, and lines of the OBJ before its first vertex.
-_MOST = 1 << 20
-_HEAD = 100
+#: Words after an option of a picture; those of -o, -s and -t are one to three numbers.
+_OPTIONS = {
+    "-blendu": 1, "-blendv": 1, "-boost": 1, "-bm": 1, "-cc": 1, "-clamp": 1, "-colorspace": 1,
+    "-imfchan": 1, "-mm": 2, "-texres": 1, "-type": 1,
+}  # fmt: skip
+_PLACES = ("-o", "-s", "-t")
+#: Options that change what is seen, and statements that do.
+_REPORTED_OPTIONS = ("-cc", "-clamp", "-imfchan", "-mm", "-t")
+_REPORTED = (
+    "map_d",
+    "map_bump",
+    "bump",
+    "norm",
+    "map_kn",
+    "disp",
+    "map_pr",
+    "map_pm",
+    "map_ke",
+    "map_ns",
+)
 
 
-def pictures_of(file: Path) -> dict[str, str]:
-    """The base colour's picture by the name of the material, as the library says it; empty for
-    what is no OBJ or cannot be read."""
-    found: dict[str, str] = {}
-    if file.suffix.lower() != ".obj":
-        return found
-    for library in _libraries(file):
-        name = ""
-        for line in _text(library).splitlines():
-            word, _, rest = line.strip().partition(" ")
-            if word == "newmtl":
-                name = rest.strip()
-            elif word.lower() == "map_kd" and rest.strip():
-                found[name] = rest.strip()
+@dataclass(frozen=True)
+class ObjMaterial:
+    """scale, offset: of texture coordinates, times one and then plus the other."""
+
+    shown: MeshMaterial
+    scale: tuple[float, float] = (1.0, 1.0)
+    offset: tuple[float, float] = (0.0, 0.0)
+
+
+def materials_of(file: Path, scan: ObjScan) -> tuple[dict[str, ObjMaterial], list[str]]:
+    """By name; and remarks on what is not there or not read, a line each."""
+    remarks: list[str] = []
+    if scan.has_mark:
+        remarks.append(
+            "the file begins with a byte order mark, which other programs may stumble at"
+        )
+    found: dict[str, ObjMaterial] = {}
+    is_lost = False
+    for name in scan.libraries:
+        libraries = _libraries(file, name)
+        if not libraries:
+            is_lost = True
+            remarks.append(f"the library of materials '{shortened(name)}' is not there")
+        for library in libraries:
+            found.update(_Library(library, remarks).materials)
+    lost = [name for name in scan.materials if name not in found]
+    if lost and (is_lost or scan.libraries):
+        names = ", ".join(f"'{shortened(name)}'" for name in lost[:5])
+        more = f" and {len(lost) - 5} more" if len(lost) > 5 else ""
+        remarks.append(f"no library has the materials {names}{more}: their faces are white")
+    return found, remarks
+
+
+def _libraries(file: Path, name: str) -> list[Path]:
+    """One file whose name may have spaces, or several that spaces part."""
+    whole = _picture_at(file, name)
+    if whole is not None:
+        return [whole]
+    parts = [_picture_at(file, part) for part in name.split()]
+    return [part for part in parts if part is not None] if None not in parts else []
+
+
+def _picture_at(file: Path, name: str) -> Path | None:
+    """Below the folder of `file`, whatever the case; of a path that leads elsewhere its last
+    part."""
+    plain = name.strip().strip('"').replace("\\", "/")
+    for text in (plain, plain.rpartition("/")[2]):
+        path = in_any_case(file.parent, text)
+        if path is not None and (is_file(path) or tiles.of(path)):
+            return path
+    path = inside(file.parent, plain)
+    return path if path is not None and tiles.of(path) else None
+
+
+class _Library:
+    """One file of materials."""
+
+    def __init__(self, file: Path, remarks: list[str]) -> None:
+        self._file, self._remarks = file, remarks
+        self.materials: dict[str, ObjMaterial] = {}
+        self._name = ""
+        for line in (text for _, text in lines_of(file) if text):
+            word, *rest = line.decode("utf-8", "replace").split(None, 1)
+            self._read(word.lower(), rest[0] if rest else "")
+
+    def _read(self, word: str, rest: str) -> None:
+        if word == "newmtl":
+            self._name = rest
+            self.materials[rest] = ObjMaterial(MeshMaterial(rest))
+        elif self._name not in self.materials:
+            return
+        elif word == "kd":
+            self._set_color(rest)
+        elif word == "map_kd" and rest:
+            self._set_picture(rest)
+        elif word in _REPORTED and rest:
+            self._say(f"its {word} is not read")
+        elif word in ("d", "tr"):
+            opaque = "1" if word == "d" else "0"
+            if not re.fullmatch(rf"{opaque}(\.0*)?", rest):
+                self._say(f"its transparency ({word} {shortened(rest)}) is not read")
+
+    def _say(self, text: str) -> None:
+        self._remarks.append(f"material '{shortened(self._name)}': {text}")
+
+    def _set_color(self, rest: str) -> None:
+        try:
+            red, green, blue = (float(part) for part in (rest.split() * 3)[:3])
+        except ValueError:  # spectral, or broken: white
+            return
+        before = self.materials[self._name]
+        if before.shown.texture is None and all(0 <= part <= 1 for part in (red, green, blue)):
+            self.materials[self._name] = ObjMaterial(
+                MeshMaterial(self._name, None, color=(red, green, blue))
+            )
+
+    def _set_picture(self, rest: str) -> None:
+        words = rest.split()
+        scale, offset = (1.0, 1.0), (0.0, 0.0)
+        while words and words[0].lower() in (*_OPTIONS, *_PLACES):
+            option, values = words[0].lower(), words[1 : 1 + _OPTIONS.get(words[0].lower(), 0)]
+            if option in _PLACES:
+                values = _leading_numbers(words[1:4])
+            words = words[1 + len(values) :]
+            if option == "-o" and values:
+                offset = _pair(values, 0.0)
+            elif option == "-s" and values:
+                scale = _pair(values, 1.0)
+            elif option in _REPORTED_OPTIONS and values != ["off"]:
+                text = " ".join([option, *values])
+                self._say(f"the option {shortened(text)} of its texture is not read")
+        name = " ".join(words)
+        # Spaces of a name count, wherever the words stand.
+        name = rest[rest.index(words[0]) :] if words and rest.endswith(words[-1]) else name
+        picture = _picture_at(self._file, name)
+        if picture is None:
+            self._remarks.append(
+                f"the texture '{shortened(name)}' of material '{shortened(self._name)}' is not "
+                "there, below the folder of the mesh: its faces are white"
+            )
+        elif picture.name != name.replace("\\", "/").rpartition("/")[2].strip('"'):
+            self._say(
+                f"its texture '{shortened(name)}' is not there; '{picture.name}' takes its place"
+            )
+        shown = MeshMaterial(self._name, picture, color=WHITE)
+        self.materials[self._name] = ObjMaterial(shown, scale, offset)
+
+
+def _leading_numbers(words: list[str]) -> list[str]:
+    found = []
+    for word in words:
+        try:
+            float(word)
+        except ValueError:
+            break
+        found.append(word)
     return found
 
 
-def _libraries(file: Path) -> list[Path]:
-    with file.open("rb") as lines:
-        head = [line for _, line in zip(range(_HEAD), lines, strict=False)]
-    named = [line.split(maxsplit=1)[1:] for line in head if line.startswith(b"mtllib")]
-    names = [rest[0].decode("utf-8", "replace").strip() for rest in named if rest]
-    found = [inside(file.parent, name.replace("\\", "/")) for name in names]
-    return [path for path in found if path is not None and is_file(path)]
-
-
-def _text(library: Path) -> str:
-    with library.open("rb") as stream:
-        return stream.read(_MOST).decode("utf-8", "replace")
+def _pair(values: list[str], usual: float) -> tuple[float, float]:
+    numbers = [float(value) for value in values]
+    return numbers[0], numbers[1] if len(numbers) > 1 else usual

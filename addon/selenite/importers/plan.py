@@ -62,7 +62,8 @@ class ImportRequest:
 
 @dataclass(frozen=True)
 class PlannedCamera:
-    """name: of the object. matrix: 4 x 4 of Blender's world. capture: None without a photo."""
+    """name: of the object. matrix: 4 x 4 of Blender's world. capture: None without a photo.
+    is_measured: whether the file has a calibration, or only an angle of view for its photo."""
 
     name: str
     label: str
@@ -70,6 +71,7 @@ class PlannedCamera:
     intrinsics: Intrinsics
     lens: BlenderLens
     capture: CaptureRequest | None
+    is_measured: bool = True
 
 
 @dataclass(frozen=True)
@@ -225,7 +227,8 @@ def _cameras(
                 pixel_aspect=lens.pixel_aspect,
             )
         matrix = placement.camera(camera.camera_to_world)
-        planned.append(PlannedCamera(name, camera.label, matrix, intrinsics, lens, capture))
+        known = camera.intrinsics is not None
+        planned.append(PlannedCamera(name, camera.label, matrix, intrinsics, lens, capture, known))
     return planned
 
 
@@ -272,6 +275,9 @@ def _check_mesh(mesh: ReconstructedMesh, problems: list[Problem]) -> None:
     good = not len(mesh.triangles) or (mesh.triangles.min() >= 0 and mesh.triangles.max() < count)
     if not (good and np.isfinite(mesh.positions).all()):
         cause = "a face names a vertex that is not there, or a vertex is not finite"
+        problems.append(Problem(f"Mesh '{mesh.name}'", cause, "export the mesh again"))
+    elif mesh.uvs is not None and not np.isfinite(mesh.uvs).all():
+        cause = "a texture coordinate is not finite"
         problems.append(Problem(f"Mesh '{mesh.name}'", cause, "export the mesh again"))
     elif count == 0 or not len(mesh.triangles):
         cause = "it has no face"

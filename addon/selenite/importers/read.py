@@ -129,6 +129,9 @@ def _of_folder(folder: Path, pictures: tuple[Path, ...]) -> Reconstruction:
     # Of data sets that are parted into those of training, of test and others.
     parted = [path for path in entries if fnmatch(path.name, "transforms_*.json")]
     single += parted if folder / TRANSFORMS not in single else []
+    if model is None and not sidecars:
+        known = (*single, *parted)
+        single += [path for path in entries if path not in known and _is_reconstruction(path)]
     kinds = [*(["a COLMAP model"] if model else []), *(["XMP files"] if sidecars else [])]
     kinds += [path.name for path in single]
     if len(kinds) > 1:
@@ -142,6 +145,22 @@ def _of_folder(folder: Path, pictures: tuple[Path, ...]) -> Reconstruction:
     raise foreign.error_of_folder(folder, entries) or Place(folder, "folder").error(
         "no reconstruction is in it", f"give {KNOWN}"
     )
+
+
+def _is_reconstruction(file: Path) -> bool:
+    """Whether a file with a name of its own holds cameras of a kind that is read."""
+    if file.suffix.lower() not in (".xml", ".x3d", ".csv", ".out", ".json"):
+        return False
+    try:
+        start = _start(file)
+    except ReconstructionError:
+        return False
+    if foreign.error_of(file, start) is not None:
+        return False
+    is_table = realitycapture.csv_header(start.decode("utf-8", errors="replace")) is not None
+    is_xml = (b"<document" in start and b"<chunk" in start) or b"<X3D" in start
+    is_nerf = start.startswith(b"{") and b'"frames"' in start and b'"transform_matrix"' in start
+    return is_table or is_xml or is_nerf or start.startswith(bundler.HEADER)
 
 
 def _is_part_of_colmap(file: Path) -> bool:

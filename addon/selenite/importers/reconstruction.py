@@ -40,8 +40,7 @@ class Intrinsics:
     @property
     def distorted(self) -> bool:
         """Whether any coefficient differs from 0."""
-        lens = self.lens
-        return any((lens.k1, lens.k2, lens.k3, lens.p1, lens.p2))
+        return self.lens.distorts
 
 
 @dataclass(frozen=True)
@@ -70,13 +69,21 @@ class PackedPicture:
     data: bytes
 
 
+WHITE = (1.0, 1.0, 1.0)
+
+
 @dataclass(frozen=True)
 class MeshMaterial:
     """What faces look like. name: as in the file, "" for none; the same one in several meshes is
-    one material. texture: a picture's path, or the picture; None: white."""
+    one material. texture: a picture's path, or the picture; None: of one colour.
+    color: linear, times the texture. times_colors: whether those of the vertices are a factor of
+    the texture too. extension: what is beside the texture, as Blender's Image Texture names it."""
 
     name: str = ""
     texture: Path | PackedPicture | None = None
+    color: tuple[float, float, float] = WHITE
+    times_colors: bool = False
+    extension: str = "REPEAT"
 
 
 @dataclass(frozen=True)

@@ -16,12 +16,13 @@ import bpy
 import mathutils
 import numpy as np
 
-from ..scene_read.capture_request import LensDistortion
-from .blender_material import WHITE, Images, Materials
+from ..scene_read.camera_lens import keep_lens
+from ..scene_read.capture_request import CameraLens, LensDistortion
+from .blender_material import Images, Materials
 from .blender_mesh import new_mesh
 from .lens import SENSOR
 from .plan import ImportPlan, PlannedCamera
-from .reconstruction import ReconstructedMesh
+from .reconstruction import WHITE, ReconstructedMesh
 
 #: Custom properties of the collection: the file; what was subtracted from its coordinates, 3
 #: numbers; the matrix from Blender's world to them, 16 numbers row by row.
@@ -120,7 +121,7 @@ def add_white_world(scene: bpy.types.Scene) -> None:
     world = bpy.data.worlds.new("World")
     world.use_nodes = True
     node = next(n for n in world.node_tree.nodes if n.bl_idname == "ShaderNodeBackground")
-    node.inputs["Color"].default_value = WHITE
+    node.inputs["Color"].default_value = (*WHITE, 1.0)
     node.inputs["Strength"].default_value = 1.0
     scene.world = world
 
@@ -201,6 +202,9 @@ def _add_camera(
     data.clip_start = max(plan.clip[0], _SMALLEST_CLIP)
     data.clip_end = plan.clip[1]
     data.display_size = plan.clip[1] / 2000
+    size = (camera.intrinsics.width, camera.intrinsics.height)
+    if camera.is_measured:
+        keep_lens(data, CameraLens(size, camera.intrinsics.lens))
     item = _add_object(camera.name, data, collection, made)
     item.matrix_world = _matrix(camera.matrix)
     item[LABEL] = camera.label
@@ -223,7 +227,7 @@ def _add_row(
     of_scene = scene.render.pixel_aspect_x / scene.render.pixel_aspect_y
     if capture.pixel_aspect is not None and not np.isclose(capture.pixel_aspect, of_scene, 1e-7, 0):
         how.use_pixel_aspect, how.pixel_aspect = True, capture.pixel_aspect
-    if capture.distortion is not None:
+    if isinstance(capture.distortion, LensDistortion):
         how.use_distortion = True
         for name in LensDistortion.__dataclass_fields__:
             setattr(how, name, getattr(capture.distortion, name))

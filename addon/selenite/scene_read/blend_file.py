@@ -3,12 +3,20 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 import bpy
 
-from ..problems import BadInput, Problem
+from ..paths import why_not_output
+from ..problems import BadInput, NotWritten, Problem
 
+#: The last block's header, with a margin; how compressed files begin and end.
+_TAIL = 64
+_ZSTD, _SEEKABLE = b"\x28\xb5\x2f\xfd", b"\xb1\xea\x92\x8f"
+_ROOM = "see that its disk or quota has room, and save again"
 _CURE = "bake it to keyframes, or write an expression of numbers and variables alone"
 
 
@@ -30,12 +38,43 @@ def open_blend(path: str, *, scripts: bool = False) -> bpy.types.Scene:
 
 
 def write_blend_copy(path: str, cure: str) -> None:
-    """Saves the open file under another name; it keeps its own. Raises BadInput, with that cure."""
-    try:
+    """Saves the open file under another name; it keeps its own. Raises BadInput, with that cure,
+    and NotWritten where the disk takes no more."""
+    with whole_blend(path, cure):
         bpy.ops.wm.save_as_mainfile(filepath=path, copy=True, check_existing=False)
+
+
+@contextmanager
+def whole_blend(path: str, cure: str) -> Iterator[None]:
+    """Around a save to `path`. Raises BadInput where the file cannot be written, and NotWritten
+    where it is not whole after all: a disk or a quota is full."""
+    why = why_not_output(Path(path))
+    try:
+        yield
     except RuntimeError as error:
-        cause = f"cannot be written ({str(error).removeprefix('Error: ').strip()})"
-        raise BadInput(Problem(f"File '{path}'", cause, cure)) from error
+        cause = " ".join(str(error).removeprefix("Error: ").split())
+        title, cause = f"File '{path}'", f"cannot be written ({cause})"
+        if why:
+            raise BadInput(Problem(title, cause, cure)) from error
+        raise NotWritten(Problem(title, cause, _ROOM)) from error
+    if not _is_whole(Path(path)):
+        raise NotWritten(Problem(f"File '{path}'", "it is written in part only", _ROOM))
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether it ends as a .blend ends: with the block ENDB, or where it is compressed with the
+    magic number of the table of its frames."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(7)
+            size = file.seek(0, os.SEEK_END)
+            file.seek(-min(size, _TAIL), os.SEEK_END)
+            tail = file.read()
+    except OSError:
+        return False
+    if start == b"BLENDER":
+        return b"ENDB" in tail
+    return not start.startswith(_ZSTD) or tail.endswith(_SEEKABLE)
 
 
 def warnings_of_file() -> list[str]:

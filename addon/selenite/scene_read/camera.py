@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 
 from ..problems import Problem
+from .camera_lens import lens_of
 from .values import CameraValues, SceneValues
 
 
@@ -64,6 +65,7 @@ def read_camera(evaluated: bpy.types.Object, name: str, scene: bpy.types.Scene) 
         pixel_aspect_y=scene.render.pixel_aspect_y,
         width=width,
         height=height,
+        lens=lens_of(data),
     )
 
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
-from typing import Any
 
 from ..problems import choice
 
@@ -23,15 +22,18 @@ PLACES = (3, 7, 16)
 FRAMES = (-1048574, 1048574)
 #: Beyond any number of a request.
 LARGEST = 1e300
+#: What of a lens is no distortion, and what few calibrations have.
+_PINHOLE = ("fx", "fy", "cx", "cy")
+RARE = ("k4", "p3", "p4", "b2")
 #: Pixels that can be taken off a silhouette.
 MOST_ERODED = 100
 
 
 @dataclass(frozen=True)
 class LensDistortion:
-    """Brown's model, which takes ideal image points to those of the photo: radial k1 to k3,
-    tangential p1 and p2 in Metashape's order. Focal lengths and principal point in pixels of the
-    whole photo, whose first pixel has its centre at (0.5, 0.5)."""
+    """Metashape's model, which takes ideal image points to those of the photo: radial k1 to k4,
+    tangential p1 to p4, skew b2 in pixels. Focal lengths and principal point in pixels of the whole
+    photo, whose first pixel has its centre at (0.5, 0.5)."""
 
     fx: float
     fy: float
@@ -42,6 +44,39 @@ class LensDistortion:
     k3: float = 0.0
     p1: float = 0.0
     p2: float = 0.0
+    k4: float = 0.0
+    p3: float = 0.0
+    p4: float = 0.0
+    b2: float = 0.0
+
+    @property
+    def distorts(self) -> bool:
+        """Whether any coefficient differs from 0."""
+        return any(value for name, value in asdict(self).items() if name not in _PINHOLE)
+
+    def at_scale(self, across: float, down: float) -> LensDistortion:
+        """The same lens for a photo of so many times the pixels."""
+        return replace(
+            self,
+            fx=self.fx * across,
+            fy=self.fy * down,
+            cx=self.cx * across,
+            cy=self.cy * down,
+            b2=self.b2 * across,
+        )
+
+    def as_json(self) -> dict[str, float]:
+        """A dict of plain values, without the coefficients of RARE that are 0."""
+        return {name: value for name, value in asdict(self).items() if value or name not in RARE}
+
+
+@dataclass(frozen=True)
+class CameraLens:
+    """Of a camera that was imported, whether it has a photo or not: its calibration, in pixels of a
+    photo of `size` (width, height)."""
+
+    size: tuple[int, int]
+    lens: LensDistortion
 
 
 @dataclass(frozen=True)
@@ -58,7 +93,8 @@ class CaptureRequest:
     response: "auto" (as the file says), "srgb", "linear", "gamma:2.2", or a .csv of a table.
     size: (width, height) of the whole photo in pixels; None: that of the file.
     crop: the part of it that the file holds, x0, y0, x1, y1 in pixels from the top left corner.
-    distortion: of the lens; None: the photo is free of it.
+    distortion: of the lens; None: that of its camera, if an import has kept one (CameraLens);
+    False: the photo is free of it.
     align: whether the fit finds a small shift and roll of the photo; None: as the run says.
     pixel_aspect: width / height of the photo's pixels; None: that of the scene.
     clip: lowest and highest code value that counts, 1 at the top of integers; None: clipping is
@@ -83,7 +119,7 @@ class CaptureRequest:
     response: str = AUTO_RESPONSE
     size: tuple[int, int] | None = None
     crop: tuple[int, int, int, int] | None = None
-    distortion: LensDistortion | None = None
+    distortion: LensDistortion | bool | None = None
     align: bool | None = None
     pixel_aspect: float | None = None
     clip: tuple[float, float] | None = None
@@ -110,10 +146,10 @@ class CaptureRequest:
             "" if self.response in RESPONSES or self.response.startswith(GAMMA) else self.response
         )
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """A dict of plain values, without what is as usual."""
         usual = CaptureRequest(self.camera, self.photo)
-        found: dict[str, Any] = {"camera": self.camera, "photo": self.photo}
+        found: dict[str, object] = {"camera": self.camera, "photo": self.photo}
         for item in fields(self):
             value = getattr(self, item.name)
             if value == getattr(usual, item.name):
@@ -121,14 +157,14 @@ class CaptureRequest:
             if item.name == "transforms":
                 value = {name: _rows(numbers) for name, numbers in value}
             elif isinstance(value, LensDistortion):
-                value = asdict(value)
+                value = value.as_json()
             elif isinstance(value, tuple):
                 value = list(value)
             found[item.name] = value
         return found
 
     @staticmethod
-    def from_json(data: Mapping[str, Any]) -> CaptureRequest:
+    def from_json(data: Mapping[str, object]) -> CaptureRequest:
         """The inverse. Raises ValueError, whose text says which key is wrong and what it may be."""
         known = {entry.name for entry in fields(CaptureRequest)}
         for key in data:
@@ -177,7 +213,7 @@ def with_ids(
     return tuple(found)
 
 
-def _text(data: Mapping[str, Any], key: str, default: str | None = None) -> str:
+def _text(data: Mapping[str, object], key: str, default: str | None = None) -> str:
     value = data.get(key, default)
     if value is None and default is not None:
         return default
@@ -186,14 +222,14 @@ def _text(data: Mapping[str, Any], key: str, default: str | None = None) -> str:
     return value
 
 
-def _gain(data: Mapping[str, Any]) -> str:
+def _gain(data: Mapping[str, object]) -> str:
     value = _text(data, "gain", "")
     if value and value not in GAINS:
         raise ValueError(f"its 'gain' is {value!r}, not one of {', '.join(GAINS)}")
     return value
 
 
-def _flag(data: Mapping[str, Any], key: str, default: bool | None) -> bool | None:
+def _flag(data: Mapping[str, object], key: str, default: bool | None) -> bool | None:
     value = data.get(key)
     if value is None:
         return default
@@ -202,7 +238,7 @@ def _flag(data: Mapping[str, Any], key: str, default: bool | None) -> bool | Non
     return value
 
 
-def _lights(data: Mapping[str, Any]) -> tuple[str, ...] | None:
+def _lights(data: Mapping[str, object]) -> tuple[str, ...] | None:
     value = data.get("lights")
     if value is None:
         return None
@@ -220,7 +256,7 @@ def _numbers(value: object, key: str, count: int) -> tuple[float, ...]:
     return tuple(float(item) for item in value)
 
 
-def _whole(data: Mapping[str, Any], key: str, count: int) -> tuple[int, ...] | None:
+def _whole(data: Mapping[str, object], key: str, count: int) -> tuple[int, ...] | None:
     value = data.get(key)
     if value is None:
         return None
@@ -230,7 +266,7 @@ def _whole(data: Mapping[str, Any], key: str, count: int) -> tuple[int, ...] | N
     return tuple(int(number) for number in numbers)
 
 
-def _pixel_aspect(data: Mapping[str, Any]) -> float | None:
+def _pixel_aspect(data: Mapping[str, object]) -> float | None:
     if data.get("pixel_aspect") is None:
         return None
     (value,) = _numbers([data["pixel_aspect"]], "pixel_aspect", 1)
@@ -239,7 +275,7 @@ def _pixel_aspect(data: Mapping[str, Any]) -> float | None:
     return value
 
 
-def _clip(data: Mapping[str, Any]) -> tuple[float, float] | None:
+def _clip(data: Mapping[str, object]) -> tuple[float, float] | None:
     if data.get("clip") is None:
         return None
     low, high = _numbers(data["clip"], "clip", 2)
@@ -248,7 +284,7 @@ def _clip(data: Mapping[str, Any]) -> tuple[float, float] | None:
     return low, high
 
 
-def _silhouette(data: Mapping[str, Any]) -> int | None:
+def _silhouette(data: Mapping[str, object]) -> int | None:
     value = data.get("silhouette")
     if value is None:
         return None
@@ -259,7 +295,7 @@ def _silhouette(data: Mapping[str, Any]) -> int | None:
     return value
 
 
-def _transforms(data: Mapping[str, Any]) -> tuple[tuple[str, tuple[float, ...]], ...]:
+def _transforms(data: Mapping[str, object]) -> tuple[tuple[str, tuple[float, ...]], ...]:
     """A matrix is a list of 4 rows, or of all 16 numbers; a place may stand alone."""
     value = data.get("transforms")
     if value is None:
@@ -284,13 +320,13 @@ def _transforms(data: Mapping[str, Any]) -> tuple[tuple[str, tuple[float, ...]],
     return tuple(found)
 
 
-def _rows(numbers: tuple[float, ...]) -> list[Any]:
+def _rows(numbers: tuple[float, ...]) -> list[float] | list[list[float]]:
     if len(numbers) != 16:
         return list(numbers)
     return [list(numbers[i : i + 4]) for i in (0, 4, 8, 12)]
 
 
-def _frame(data: Mapping[str, Any]) -> int | None:
+def _frame(data: Mapping[str, object]) -> int | None:
     value = data.get("frame")
     if value is None:
         return None
@@ -300,15 +336,15 @@ def _frame(data: Mapping[str, Any]) -> int | None:
     return value
 
 
-def _distortion(data: Mapping[str, Any]) -> LensDistortion | None:
+def _distortion(data: Mapping[str, object]) -> LensDistortion | bool | None:
     value = data.get("distortion")
-    if value is None:
-        return None
+    if value is None or value is False:
+        return value
     names = [item.name for item in fields(LensDistortion)]
     if not isinstance(value, dict) or not {"fx", "fy", "cx", "cy"} <= set(value) <= set(names):
         raise ValueError(
             f"its 'distortion' is {value!r}, not an object with fx, fy, cx, cy "
-            "and perhaps k1, k2, k3, p1, p2"
+            "and perhaps k1 to k4, p1 to p4, b2, nor false"
         )
     numbers = {name: _numbers([number], "distortion", 1)[0] for name, number in value.items()}
     if not (numbers["fx"] > 0 and numbers["fy"] > 0):

@@ -9,6 +9,10 @@ from typing import Any, cast
 import bpy
 import numpy as np
 
+#: A struct whose properties depend on its kind, or on the version of Blender: the stubs of bpy know
+#: those of the base class, in one version.
+BpyStruct = Any
+
 _LINEAR_NAMES = {"Linear", "Linear Rec.709", "Linear BT.709", "Non-Color", "Raw", "Generic Data"}
 _SRGB_NAMES = {"sRGB", "sRGB OETF"}
 
@@ -125,7 +129,7 @@ def is_data(image: bpy.types.Image) -> bool:
 
 def set_linear(image: bpy.types.Image) -> None:
     """Its pixels are numbers that nothing decodes."""
-    cast(Any, image.colorspace_settings).name = "Non-Color"
+    cast(BpyStruct, image.colorspace_settings).name = "Non-Color"
 
 
 def add_group_output(tree: bpy.types.NodeTree, name: str, kind: str) -> None:
@@ -133,7 +137,7 @@ def add_group_output(tree: bpy.types.NodeTree, name: str, kind: str) -> None:
     if hasattr(tree, "interface"):  # 4.0 on
         tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
     else:
-        cast(Any, tree).outputs.new(kind, name)
+        cast(BpyStruct, tree).outputs.new(kind, name)
 
 
 def is_editable(block: bpy.types.ID) -> bool:
@@ -149,7 +153,7 @@ def group_uses(tree: bpy.types.NodeTree) -> int:
     return sum(getattr(node, "node_tree", None) == tree for other in trees for node in other.nodes)
 
 
-def whole_numbers(items: Any, name: str, each: int = 1) -> np.ndarray:  # noqa: ANN401 - any bpy list
+def whole_numbers(items: BpyStruct, name: str, each: int = 1) -> np.ndarray:  # any bpy list
     """(len(items) * each,) int32: a whole number, or an array of `each`, of every item.
 
     Of what it declares unsigned, Blender copies its memory into unsigned numbers; for signed ones
@@ -163,7 +167,7 @@ def whole_numbers(items: Any, name: str, each: int = 1) -> np.ndarray:  # noqa: 
     return found.view(np.int32)
 
 
-def floats(items: Any, name: str, each: int) -> np.ndarray:  # noqa: ANN401 - any bpy list
+def floats(items: BpyStruct, name: str, each: int) -> np.ndarray:  # any bpy list
     """(len(items), each) float32."""
     found = np.empty((len(items), each), np.float32)
     items.foreach_get(name, found.reshape(-1))
@@ -172,7 +176,7 @@ def floats(items: Any, name: str, each: int) -> np.ndarray:  # noqa: ANN401 - an
 
 def corner_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
     """(corners,) int32: the vertex of each corner of a face."""
-    attribute: Any = mesh.attributes.get(".corner_vert")
+    attribute: BpyStruct = mesh.attributes.get(".corner_vert")
     if attribute is not None:  # from 3.6 on, and much faster
         return whole_numbers(attribute.data, "value")
     return whole_numbers(mesh.loops, "vertex_index")
@@ -185,30 +189,57 @@ def triangle_faces(mesh: bpy.types.Mesh) -> np.ndarray:
     return whole_numbers(mesh.loop_triangles, "polygon_index")
 
 
-def corner_normals(mesh: bpy.types.Mesh, corners: np.ndarray, vertices: np.ndarray) -> np.ndarray:
-    """(3m, 3) float32 normals of the corners of `mesh.loop_triangles`, which must be calculated.
+def normals_domain(mesh: bpy.types.Mesh) -> str:
+    """What normals Cycles shades a mesh by: "CORNER", where faces are split; else "POINT" or
+    "FACE", which differ in what faces are that nothing is said of."""
+    if not hasattr(mesh, "normals_domain"):  # 3.x: only then are there sharp edges and own normals
+        return "CORNER" if getattr(mesh, "use_auto_smooth", False) else "POINT"
+    found = str(mesh.normals_domain)
+    if found != "CORNER" or mesh.has_custom_normals or "custom_normal" in mesh.attributes:
+        return found
+    # Blender counts flat faces among what splits; Cycles does not.
+    return "CORNER" if flags(mesh, "sharp_edge").any() else "POINT"
 
-    `corners`: loops, `vertices`: vertices of the triangles' corners.
-    """
+
+def flat_faces(mesh: bpy.types.Mesh, *, all_are: bool) -> np.ndarray:
+    """(faces,) bool. all_are: what they are if the mesh says nothing of its faces."""
+    if not hasattr(mesh, "normals_domain"):
+        smooth = np.empty(len(mesh.polygons), bool)
+        mesh.polygons.foreach_get("use_smooth", smooth)
+        return ~smooth
+    found = flags(mesh, "sharp_face")
+    return found if len(found) else np.full(len(mesh.polygons), all_are)
+
+
+def flags(mesh: bpy.types.Mesh, name: str) -> np.ndarray:
+    """A boolean attribute, empty where there is none."""
+    attribute: BpyStruct = mesh.attributes.get(name)
+    if attribute is None or attribute.data_type != "BOOLEAN":
+        return np.empty(0, bool)
+    found = np.empty(len(attribute.data), bool)
+    attribute.data.foreach_get("value", found)
+    return found
+
+
+def has_free_normals(mesh: bpy.types.Mesh) -> bool:
+    """Whether custom normals are vectors of any length and direction (from 4.5 on), not relative to
+    those of the surface."""
+    attribute: BpyStruct = mesh.attributes.get("custom_normal")
+    return attribute is not None and attribute.data_type == "FLOAT_VECTOR"
+
+
+def splits_faces() -> bool:
+    """Whether Cycles splits meshes at sharp edges, and has one normal for all corners of a vertex
+    that is left (4.1 to 5.0; what 3.x splits is not known here)."""
+    return (4, 1, 0) <= bpy.app.version < (5, 1, 0)
+
+
+def corner_normals(mesh: BpyStruct, corners: np.ndarray) -> np.ndarray:
+    """(len(corners), 3) float32 normals of the corners of a mesh whose faces are split."""
     if hasattr(mesh, "corner_normals"):  # from 4.1 on
         return np.take(floats(mesh.corner_normals, "vector", 3), corners, axis=0)
-    return _corner_normals_of_3(mesh, corners, vertices)
-
-
-def _corner_normals_of_3(mesh: Any, corners: np.ndarray, vertices: np.ndarray) -> np.ndarray:  # noqa: ANN401 - has what later versions lack
-    if mesh.use_auto_smooth:  # only then are there sharp edges and normals of one's own
-        mesh.calc_normals_split()
-        return np.take(floats(mesh.loops, "normal", 3), corners, axis=0)
-    smooth = np.empty(len(mesh.polygons), bool)
-    mesh.polygons.foreach_get("use_smooth", smooth)
-    if smooth.all():
-        return np.take(floats(mesh.vertex_normals, "vector", 3), vertices, axis=0)
-    faces = np.repeat(triangle_faces(mesh), 3)
-    flat = np.take(floats(mesh.polygon_normals, "vector", 3), faces, axis=0)
-    if not smooth.any():
-        return flat
-    curved = np.take(floats(mesh.vertex_normals, "vector", 3), vertices, axis=0)
-    return np.where(np.take(smooth, faces)[:, None], curved, flat)
+    mesh.calc_normals_split()
+    return np.take(floats(mesh.loops, "normal", 3), corners, axis=0)
 
 
 def corner_uv_maps(mesh: bpy.types.Mesh, corners: np.ndarray) -> tuple[tuple[str, np.ndarray], ...]:
@@ -231,7 +262,7 @@ def corner_colors(
     `corners`: loops, `vertices`: vertices of the triangles' corners.
     """
     found: list[tuple[str, np.ndarray]] = []
-    for index, attribute in enumerate(cast(Any, mesh.color_attributes)):
+    for index, attribute in enumerate(cast(BpyStruct, mesh.color_attributes)):
         colors = floats(attribute.data, "color", 4)[:, :3]  # bytes come decoded
         where = corners if attribute.domain == "CORNER" else vertices
         entry = (attribute.name, np.take(np.ascontiguousarray(colors), where, axis=0))
@@ -242,9 +273,9 @@ def corner_colors(
     return tuple(found)
 
 
-def color_attribute(mesh: bpy.types.Mesh, name: str) -> Any | None:
+def color_attribute(mesh: bpy.types.Mesh, name: str) -> BpyStruct | None:
     """The colour attribute of a name, "" for the one that renders; None if there is none."""
-    attributes = cast(Any, mesh.color_attributes)
+    attributes = cast(BpyStruct, mesh.color_attributes)
     if name:
         return attributes.get(name)
     index = attributes.render_color_index
@@ -275,7 +306,7 @@ def _curves(action: bpy.types.Action) -> Iterator[bpy.types.FCurve]:
                 yield from bag.fcurves
 
 
-def shadow_terminator(item: bpy.types.Object) -> Any:
+def shadow_terminator(item: bpy.types.Object) -> BpyStruct:
     """Who holds `shadow_terminator_geometry_offset` as Cycles reads it: in 4.5 the object itself
     (the same name in `item.cycles` is left over there and has no effect), in 3.4 `item.cycles`."""
     return item if hasattr(item, "shadow_terminator_geometry_offset") else item.cycles

@@ -8,7 +8,9 @@ Blender calls it `openvdb` from 4.4 on and `pyopenvdb` before, as does Debian's 
 
 from __future__ import annotations
 
+import errno
 import importlib
+import os
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -21,6 +23,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..atomic_files import partial_name
 from ..grid_files import MOST_NUMBERS, MOST_PER_AXIS
 
 _NAMES = ("openvdb", "pyopenvdb")
@@ -88,10 +91,26 @@ def write(path: str, grids: Sequence[VdbGrid], source: str = "") -> None:
                 others, metadata = vdb.readAll(name)
         names = {grid.name for grid in grids}
         kept = [grid for grid in others if grid.name not in names]
-        with _in_utf8(path) as name:
-            vdb.write(name, [*kept, *(_made(vdb, grid) for grid in grids)], metadata)
+        made = [*kept, *(_made(vdb, grid) for grid in grids)]
+        _write_whole(vdb, Path(path), made, metadata)
     except Exception as error:
         raise VdbError(f"'{path}' cannot be written ({error})", "give another folder") from error
+
+
+def _write_whole(vdb: ModuleType, path: Path, grids: list[Any], metadata: Any) -> None:  # noqa: ANN401
+    """Beside `path`, which it takes the place of once it can be read again: the module does not say
+    that a disk took no more of it. Raises whatever the module raises, and OSError."""
+    partial = partial_name(path)
+    try:
+        with _in_utf8(str(partial)) as name:
+            vdb.write(name, grids, metadata)
+            read, _ = vdb.readAll(name)
+        counts = [{grid.name: grid.activeVoxelCount() for grid in some} for some in (grids, read)]
+        if counts[0] != counts[1]:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # noqa: TRY301
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -114,7 +133,7 @@ def _module() -> ModuleType:
     return vdb
 
 
-def _made(vdb: ModuleType, grid: VdbGrid) -> Any:  # noqa: ANN401 - of the host's module
+def _made(vdb: ModuleType, grid: VdbGrid) -> Any:  # of the host's module
     made = vdb.Vec3SGrid() if grid.values.shape[3] == 3 else vdb.FloatGrid()
     made.name = grid.name
     values, start = grid.values, (0, 0, 0)
@@ -132,7 +151,7 @@ def _made(vdb: ModuleType, grid: VdbGrid) -> Any:  # noqa: ANN401 - of the host'
     return made
 
 
-def _dense(grid: Any, channels: int) -> VdbGrid:  # noqa: ANN401 - of the host's module
+def _dense(grid: Any, channels: int) -> VdbGrid:  # of the host's module
     label = f"grid '{grid.name}'"
     kinds = {1: ("float", "double"), 3: ("vec3s", "vec3d")}[channels]
     if grid.valueTypeName not in kinds:

@@ -3,16 +3,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import bpy
 
 from .capture_request import GAMMA, LensDistortion
 
 
-def photo_fields(photo: bpy.types.PropertyGroup) -> dict[str, Any]:
+def photo_fields(photo: bpy.types.PropertyGroup) -> dict[str, object]:
     """Of the row's `how`, see interface.captures.photo; what is switched off is left out."""
-    found: dict[str, Any] = {
+    found: dict[str, object] = {
         "exclude": bpy.path.abspath(photo.exclude_path),
         "background": _background(photo),
         "response": _response(photo),
@@ -32,6 +30,8 @@ def photo_fields(photo: bpy.types.PropertyGroup) -> dict[str, Any]:
     if photo.use_distortion:
         names = LensDistortion.__dataclass_fields__
         found["distortion"] = LensDistortion(**{name: getattr(photo, name) for name in names})
+    elif photo.undistorted:
+        found["distortion"] = False
     return found
 
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
 from .. import parameters
 from ..parameters import Parameter, Values
 from ..problems import Problem
+from .capture_request import CameraLens
 from .closedness import Closedness
 from .shaders import Shader
 from .texture_values import TextureValues
@@ -26,7 +26,8 @@ LUMINANCE = (0.2126729, 0.7151522, 0.0721750)
 
 @dataclass(frozen=True)
 class CameraValues:
-    """A perspective or orthographic camera; `width`, `height` in pixels are the scene's."""
+    """A perspective or orthographic camera; `width`, `height` in pixels are the scene's. lens: that
+    of an imported one."""
 
     name: str
     matrix: np.ndarray
@@ -44,6 +45,7 @@ class CameraValues:
     pixel_aspect_y: float
     width: int
     height: int
+    lens: CameraLens | None = None
 
     @property
     def aspect(self) -> float:
@@ -304,7 +306,7 @@ class BodyValues:
     found: Closedness
     fault: str = ""
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """Keys object, material, need, closed, fault, and the counts of Closedness."""
         return {
             "object": self.object,

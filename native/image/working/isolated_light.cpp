@@ -13,12 +13,15 @@ constexpr float kTimes = 3;  // as bright as the neighbours
 
 void IsolatedLight::add(int y, const float* rgb, const std::uint8_t* inside) {
   Row row;
-  row.level.reserve(static_cast<std::size_t>(width_));
+  row.level.resize(static_cast<std::size_t>(width_));
+  float* levels = row.level.data();
+  double light = light_;  // in a register: `inside` might point to the member
   for (std::size_t x = 0; x < static_cast<std::size_t>(width_); ++x) {
     const float level = (rgb[3 * x] + rgb[3 * x + 1] + rgb[3 * x + 2]) / 3;
-    row.level.push_back(inside[x] != 0 ? std::max(level, 0.f) : -1);
-    if (inside[x] != 0) light_ += static_cast<double>(level);
+    levels[x] = inside[x] != 0 ? std::max(level, 0.f) : -1;
+    if (inside[x] != 0) light += static_cast<double>(level);
   }
+  light_ = light;
   for (int middle = y - 1; middle <= y + 1; ++middle) row.uses += judged(middle) ? 1 : 0;
   if (row.uses == 0) return;
   rows_.emplace(y, std::move(row));

@@ -34,19 +34,23 @@ double Outline::extreme(double Corner::*side, bool most) const {
 }
 
 Outline Outline::between(double Corner::*side, double low) const {
-  return clipped(side, low, 1).clipped(side, low + 1, -1);
+  const double least = extreme(side, false), most = extreme(side, true);
+  if (least >= low && most <= low + 1) return *this;
+  if (side == &Corner::x) return clipped<&Corner::x>(low, 1).clipped<&Corner::x>(low + 1, -1);
+  return clipped<&Corner::y>(low, 1).clipped<&Corner::y>(low + 1, -1);
 }
 
-Outline Outline::clipped(double Corner::*side, double limit, double sign) const {
+template <double Corner::*kSide>
+Outline Outline::clipped(double limit, double sign) const {
   Outline out;
   for (std::size_t i = 0; i < count_; ++i) {
-    const Corner &a = corners_[i], &b = corners_[(i + 1) % count_];
-    const double above_a = sign * (a.*side - limit), above_b = sign * (b.*side - limit);
+    const Corner &a = corners_[i], &b = corners_[i + 1 < count_ ? i + 1 : 0];
+    const double above_a = sign * (a.*kSide - limit), above_b = sign * (b.*kSide - limit);
     if (above_a >= 0) out.add(a);
     if ((above_a > 0 && above_b < 0) || (above_a < 0 && above_b > 0)) {
       const double share = above_a / (above_a - above_b);
       Corner cut{a.x + share * (b.x - a.x), a.y + share * (b.y - a.y)};
-      cut.*side = limit;
+      cut.*kSide = limit;
       out.add(cut);
     }
   }

@@ -37,7 +37,8 @@ class Outline {
   double extreme(double Corner::*side, bool most) const;
   Outline between(double Corner::*side, double low) const;
   /// What lies above `limit`, for a sign of 1, or below it, for -1 (Sutherland and Hodgman).
-  Outline clipped(double Corner::*side, double limit, double sign) const;
+  template <double Corner::*kSide>
+  Outline clipped(double limit, double sign) const;
 
   std::array<Corner, 8> corners_{};  // each of four lines adds one to the four at most
   std::size_t count_ = 0;

@@ -48,7 +48,8 @@ PhotoMask::PhotoMask(const std::string& path, const PictureInfo& photo, MaskKind
       values_.push_back(static_cast<std::uint16_t>(std::lround(value * kMaskTop)));
     }
   }
-  for (std::string& text : rows.remarks(counts_)) info_.warnings.push_back(std::move(text));
+  for (std::string& text : rows.remarks(counts_, UnusedShares::of(counts_)))
+    info_.warnings.push_back(std::move(text));
   if (above > 0)
     info_.warnings.push_back(std::to_string(above) + " of its pixels are above 1 and count as 1");
 }
@@ -79,17 +80,23 @@ const WeightedRows::Row& WeightedRows::at(int y) {
   row.weight.resize(width);
   row.inside.resize(width);
   row.counts.resize(width);
-  use_.resize(width);
-  photo_.convert(y, row.rgb.data(), row.weight.data(), use_.data());
+  row.use.resize(width);
+  photo_.convert(y, row.rgb.data(), row.weight.data(), row.use.data());
   std::vector<float> mask(width);
   for (const PhotoMask& part : masks_) {
     part.row(y, mask.data());
     for (std::size_t x = 0; x < width; ++x) row.weight[x] *= mask[x];
   }
+  const float* weight = row.weight.data();
+  const PixelUse* use = row.use.data();
+  std::uint8_t *inside = row.inside.data(), *counts = row.counts.data();
+  PixelCounts of_row;
+  for (std::size_t x = 0; x < width; ++x) of_row.add(use[x]);
+  counts_.add(of_row);
   for (std::size_t x = 0; x < width; ++x) {
-    counts_.add(use_[x]);
-    row.inside[x] = row.weight[x] > 0;
-    row.counts[x] = row.weight[x] > 0 && use_[x] == PixelUse::kCounts;
+    const bool is_inside = weight[x] > 0;
+    inside[x] = is_inside;
+    counts[x] = is_inside && use[x] == PixelUse::kCounts;
   }
   isolated_.add(y, row.rgb.data(), row.inside.data());
   return row;

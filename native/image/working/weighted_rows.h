@@ -43,6 +43,7 @@ class WeightedRows {
     std::vector<float> weight;         ///< (width)
     std::vector<std::uint8_t> inside;  ///< (width): the weight is above 0
     std::vector<std::uint8_t> counts;  ///< (width): inside, and the pixel can be used
+    std::vector<PixelUse> use;         ///< (width)
   };
 
   WeightedRows(const PhotoRows& photo, const std::vector<PhotoMask>& masks)
@@ -62,7 +63,6 @@ class WeightedRows {
   std::map<int, Row> rows_;
   PixelCounts counts_;
   IsolatedLight isolated_;
-  std::vector<PixelUse> use_;
 };
 
 }  // namespace selenite

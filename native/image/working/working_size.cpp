@@ -20,18 +20,49 @@ namespace selenite {
 namespace {
 
 /// Sums over the part of a photo below a pixel: red, green, blue, weight, the share that does not
-/// count, and the share that is not inside.
-constexpr std::size_t kPlanes = 6;
+/// count, the share that is not inside, and of what is inside the shares that are clipped and too
+/// dark.
+constexpr std::size_t kPlanes = 8;
 using Sums = std::array<double, kPlanes>;
 
 void add_pixel(const WeightedRows::Row& row, std::size_t x, double share, double* out) {
   for (std::size_t c = 0; c < 3; ++c) out[c] += share * row.rgb[3 * x + c];
   out[3] += share * row.weight[x];
-  if (!row.counts[x]) out[4] += share;
-  if (!row.inside[x]) out[5] += share;
+  if (row.counts[x]) return;
+  out[4] += share;
+  if (!row.inside[x]) {
+    out[5] += share;
+  } else if (row.use[x] == PixelUse::kClipped) {
+    out[6] += share;
+  } else if (row.use[x] == PixelUse::kTooDark) {
+    out[7] += share;
+  }
 }
 
-void append(const double* sums, WorkingPhoto& result) {
+/// Takes in the pixels of the result, and how much of what could count is clipped or too dark.
+class Taken {
+ public:
+  Taken(const std::vector<std::uint8_t>& within, WorkingPhoto& result)
+      : within_(within), result_(result) {}
+  void append(const double* sums);
+  UnusedShares unused() const {
+    const double inside = std::max(inside_, 1e-12);
+    return {clipped_ / inside, too_dark_ / inside};
+  }
+
+ private:
+  const std::vector<std::uint8_t>& within_;
+  WorkingPhoto& result_;
+  double inside_ = 0, clipped_ = 0, too_dark_ = 0;
+};
+
+void Taken::append(const double* sums) {
+  WorkingPhoto& result = result_;
+  if (within_.empty() || within_[result.inside.size()] != 0) {
+    inside_ += 1 - std::min(sums[5], 1.0);
+    clipped_ += sums[6];
+    too_dark_ += sums[7];
+  }
   for (std::size_t c = 0; c < 3; ++c) result.reference.push_back(static_cast<float>(sums[c]));
   // Sums of shares, none of which is below 0.
   result.weight.push_back(sums[4] == 0 ? static_cast<float>(sums[3]) : 0.f);
@@ -69,7 +100,7 @@ class FilteredRows {
   std::vector<double> row_;
 };
 
-void filter_evenly(WeightedRows& rows, int width, int height, WorkingPhoto& result) {
+void filter_evenly(WeightedRows& rows, int width, int height, Taken& result) {
   FilteredRows filtered(rows, width);
   std::vector<double> sum(kPlanes * static_cast<std::size_t>(width));
   for (const AreaSpan& span : area_spans(rows.info().height, height)) {
@@ -78,7 +109,7 @@ void filter_evenly(WeightedRows& rows, int width, int height, WorkingPhoto& resu
       const std::vector<double>& row = filtered.at(span.first + static_cast<int>(i));
       for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += span.weights[i] * row[k];
     }
-    for (std::size_t at = 0; at < sum.size(); at += kPlanes) append(sum.data() + at, result);
+    for (std::size_t at = 0; at < sum.size(); at += kPlanes) result.append(sum.data() + at);
   }
 }
 
@@ -132,7 +163,7 @@ std::vector<int> first_rows(const std::vector<Corner>& corners, int width, int h
 }
 
 void filter_outlines(WeightedRows& rows, int width, int height, const std::vector<double>& numbers,
-                     WorkingPhoto& result) {
+                     Taken& result) {
   std::vector<Corner> corners;
   for (std::size_t i = 0; i < numbers.size(); i += 2)
     corners.push_back({numbers[i], numbers[i + 1]});
@@ -143,7 +174,7 @@ void filter_outlines(WeightedRows& rows, int width, int height, const std::vecto
     for (std::size_t x = 0; x + 1 < stride; ++x) {
       const Corner* top = corners.data() + y * stride + x;
       const Outline outline(top[0], top[1], top[stride + 1], top[stride]);
-      append(filter_outline(rows, outline).data(), result);
+      result.append(filter_outline(rows, outline).data());
     }
   }
 }
@@ -156,6 +187,10 @@ void check_size(const std::string& path, int width, int height, const Reading& r
                           size_text(photo.width, photo.height));
   const std::size_t corners =
       2 * (static_cast<std::size_t>(width) + 1) * (static_cast<std::size_t>(height) + 1);
+  if (!reading.within.empty() &&
+      reading.within.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
+    throw InvalidArgument("'" + path + "': " + std::to_string(reading.within.size()) +
+                          " values of what is within for " + size_text(width, height) + " pixels");
   if (!reading.corners.empty() && reading.corners.size() != corners)
     throw InvalidArgument("'" + path + "': " + std::to_string(reading.corners.size()) +
                           " numbers for the corners of " + size_text(width, height) +
@@ -195,13 +230,14 @@ WorkingPhoto read_at_size(const std::string& path, int width, int height, const 
     result.info = photo.info();
     check_size(path, width, height, reading, result.info);
     WeightedRows rows(photo, masks);
+    Taken taken(reading.within, result);
     if (reading.corners.empty()) {
-      filter_evenly(rows, width, height, result);
+      filter_evenly(rows, width, height, taken);
     } else {
-      filter_outlines(rows, width, height, reading.corners, result);
+      filter_outlines(rows, width, height, reading.corners, taken);
     }
     result.counts = rows.counts();
-    for (std::string& text : photo.remarks(result.counts))
+    for (std::string& text : photo.remarks(result.counts, taken.unused()))
       result.info.warnings.push_back(std::move(text));
     report_isolated(rows.isolated(), result);
   });

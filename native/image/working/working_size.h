@@ -28,6 +28,8 @@ struct Reading {
   /// Where the corners of the pixels lie in the photo, (height + 1, width + 1, 2): x, y in its pixels
   /// from its top left corner; NaN: nowhere. Empty: evenly over all of it.
   std::vector<double> corners{};
+  /// (height, width): of which pixels warnings are; not 0: of this one. Empty: of all.
+  std::vector<std::uint8_t> within{};
 };
 
 /// Reads a photo through an area filter, which follows the pixels' outlines if their corners are

@@ -111,7 +111,7 @@ void prepare_medium(const Material& source, const Geometry& geometry,
   if (source.albedo_grid) material.albedo_grid = &source.albedo_grid;
   if (source.density_grid) material.density_grid = &source.density_grid;
   float densest = source.density_grid ? source.density_grid.grid->maximum() : 1;
-  const float radius = geometry.radius(), most = max_channel(value_of(sigma_t));
+  const float radius = geometry.radius().all, most = max_channel(value_of(sigma_t));
   const bool unknown = material.density_field >= 0;
   if (unknown && most > 0) {
     // A grid that is empty everywhere still has its derivative: it counts as thin for its size.

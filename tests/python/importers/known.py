@@ -89,10 +89,11 @@ def seen(camera: ReconstructedCamera, points: np.ndarray) -> np.ndarray:
     x, y, z = matrix[:3, :3].T @ (points - matrix[:3, 3]).T
     x, y = x / z, y / z
     r2 = x * x + y * y
-    radial = 1 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3))
-    u = x * radial + lens.p1 * (r2 + 2 * x * x) + 2 * lens.p2 * x * y
-    v = y * radial + lens.p2 * (r2 + 2 * y * y) + 2 * lens.p1 * x * y
-    return np.stack([lens.fx * u + lens.cx, lens.fy * v + lens.cy], axis=-1)
+    radial = 1 + lens.k1 * r2 + lens.k2 * r2**2 + lens.k3 * r2**3 + lens.k4 * r2**4
+    more = 1 + lens.p3 * r2 + lens.p4 * r2**2
+    u = x * radial + (lens.p1 * (r2 + 2 * x * x) + 2 * lens.p2 * x * y) * more
+    v = y * radial + (lens.p2 * (r2 + 2 * y * y) + 2 * lens.p1 * x * y) * more
+    return np.stack([lens.fx * u + lens.b2 * v + lens.cx, lens.fy * v + lens.cy], axis=-1)
 
 
 def worst(found: Reconstruction, cameras: list[Known], at: float = 0.0) -> float:

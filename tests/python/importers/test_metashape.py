@@ -12,6 +12,7 @@ import pytest
 
 from selenite.importers.read import read_reconstruction
 from selenite.importers.reconstruction import ReconstructionError
+from selenite.scene_read.capture_request import LensDistortion
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -229,18 +230,26 @@ def test_a_rolling_shutter_is_told(tmp_path: Path) -> None:
         assert worst(found, known()) < MOST and found.remarks == remarks
 
 
-def test_skew_and_k4_are_told_with_what_they_move(tmp_path: Path) -> None:
-    extra = "<b2>0.5</b2><k4>0.01</k4>"
+def test_every_coefficient_is_read(tmp_path: Path) -> None:
+    """Skew in pixels, and the coefficients of high order; the lens is no pinhole by any of them."""
+    extra = "<b2>0.5</b2><k4>0.01</k4><p3>0.2</p3><p4>-0.1</p4>"
     path = written(tmp_path, document(sensor(calibration(extra=extra)), all_of(known())))
     found = read_reconstruction(path)
-    assert worst(found, known()) < MOST
-    # The corner is at (-327.1, 246.5) pixels from the principal point; fx 521.5, fy 518.25.
-    x, y = 327.125 / 521.5, 246.5 / 518.25
-    k4 = 0.01 * np.hypot(x, y) ** 9 * 518.25
-    assert found.remarks == (
-        f"sensor '0': b2 = 0.5 is left out: {0.5 * y:.2g} pixels at the corner",
-        f"sensor '0': k4 = 0.01 is left out: {k4:.2g} pixels at the corner",
-    )
+    assert found.remarks == ()
+    lens = found.cameras[0].intrinsics.lens
+    assert (lens.b2, lens.k4, lens.p3, lens.p4) == (0.5, 0.01, 0.2, -0.1)
+    for name in ("b2", "k4", "p3", "p4"):
+        assert LensDistortion(1.0, 1.0, 0.0, 0.0, **{name: 0.1}).distorts
+
+
+def test_equal_remarks_of_many_sensors_are_one(tmp_path: Path) -> None:
+    """A calibration for each photo, none of which is measured: one line names them."""
+    cameras = known(7)
+    plain = '<property name="focal_length" value="10"/><property name="pixel_width" value="0.02"/>'
+    sensors = "".join(sensor(plain, number) for number in range(7))
+    placed = "".join(camera(one, number, number) for number, one in enumerate(cameras))
+    (remark,) = read_reconstruction(written(tmp_path, document(sensors, placed))).remarks
+    assert remark.startswith("sensors '0', '1', '2', '3', '4' and 2 more: it has no calibration")
 
 
 def test_what_is_no_frame_is_told(tmp_path: Path) -> None:

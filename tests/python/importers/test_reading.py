@@ -131,6 +131,27 @@ def test_a_folder_of_two_reconstructions_is_refused(tmp_path: Path) -> None:
         read_reconstruction(tmp_path)
 
 
+def test_a_folder_with_one_file_of_any_name_is_that_file(tmp_path: Path) -> None:
+    """Two of them are refused, each by its name; files of other programs beside it do not count."""
+    cameras = known(3)
+    content = document(sensor(calibration()), all_of(cameras))
+    (tmp_path / "garden.xml").write_text(content)
+    (tmp_path / "trajectory.json").write_text('{"class_name": "PinholeCameraTrajectory"}')
+    assert worst(read_reconstruction(tmp_path), cameras) < MOST
+    (tmp_path / "later.xml").write_text(content)
+    with pytest.raises(ReconstructionError, match=r"garden\.xml and later\.xml; give one of them"):
+        read_reconstruction(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["cameras.txt", "images.txt"])
+def test_lines_may_end_as_on_old_macintoshes(tmp_path: Path, name: str) -> None:
+    cameras = known(2, LENSES["OPENCV"])
+    write_text(tmp_path, cameras, "OPENCV")
+    path = tmp_path / name
+    path.write_bytes(path.read_bytes().replace(b"\n", b"\r"))
+    assert worst(read_reconstruction(tmp_path), cameras) < MOST
+
+
 def test_compressed_files_have_a_limit_and_an_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -164,13 +164,14 @@ def test_every_model_of_browns_is_read(tmp_path: Path, model: str, count: int) -
     assert worst(found, cameras) < MOST and found.remarks == ()
 
 
-def test_skew_is_told(tmp_path: Path) -> None:
+def test_skew_is_read(tmp_path: Path) -> None:
     picture(tmp_path / "IMG_0000.JPG")
     content = xmp(CAMERAS[0]).replace('Skew="0"', 'Skew="0.1"')
     (tmp_path / "IMG_0000.xmp").write_text(content)
-    remark = read_reconstruction(tmp_path).remarks[0]
-    # 0.1 of 36 mm are 1.8 pixels, at the corner times 246.5 / 518.25.
-    assert remark.startswith("skew = ") and remark.endswith("0.85 pixels at the corner")
+    found = read_reconstruction(tmp_path)
+    # 0.1 of 36 mm, on 640 pixels.
+    assert found.remarks == ()
+    assert found.cameras[0].intrinsics.lens.b2 == pytest.approx(0.1 * 640 / 36)
 
 
 @pytest.mark.parametrize(
@@ -251,6 +252,8 @@ def test_reprojection_from_csv(tmp_path: Path, head: str, separator: str) -> Non
     path.write_text(f"{head}\n{row(csv_camera())}\n".replace(",", separator))
     found = read_reconstruction(path)
     assert worst(found, [csv_camera()]) < MOST and found.cameras[0].photo == "IMG_0001.jpg"
+    path.write_bytes(path.read_bytes().replace(b"\n", b"\r"))
+    assert worst(read_reconstruction(path), [csv_camera()]) < MOST
 
 
 def test_a_camera_of_csv_looks_down_and_north_is_up(tmp_path: Path) -> None:

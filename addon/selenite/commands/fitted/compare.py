@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ... import native
 from ...atomic_files import write_json
@@ -26,12 +26,15 @@ from ..capture_arguments import captures_from
 from ..scene import native_scene, open_scene
 from ..terminal import bar, say, table
 
+if TYPE_CHECKING:
+    from ...json_text import JsonObject
+
 _SETTINGS = ("height", "seed", "threads")
 #: In --out, and where it goes without: in the folder of the fit.
 REPORT, FOLDER = "compare.json", "compared"
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> JsonObject:
     """Renders each photo at the fitted values; writes a report and a contact sheet."""
     problems: list[Problem] = []
     folder = absolute(args.result)
@@ -91,7 +94,7 @@ def _hold_out(captures: Sequence[CaptureRequest]) -> tuple[CaptureRequest, ...]:
     return tuple(item for item in captures if item.hold_out) or tuple(captures)
 
 
-def _lines(found: Mapping[str, Any], seen: Sequence[str]) -> list[str]:
+def _lines(found: JsonObject, seen: Sequence[str]) -> list[str]:
     """The report for people."""
     rows = [
         [name, hold_out.percent(row), hold_out.percent(row["with_own_gain"]),

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ...fit_run.answer.fitted_scene import RESULT, at_result, field_files
 from ...fit_run.field_kinds import KINDS
@@ -17,6 +17,9 @@ from ...paths import absolute, is_folder
 from ...problems import BadInput, Problem
 from ...scene_read.values import SceneValues
 from ..terminal import say
+
+if TYPE_CHECKING:
+    from ...scene_read.hosts import BpyStruct
 
 
 def start_folder(texts: list[str], problems: list[Problem]) -> tuple[str, list[str]]:
@@ -33,7 +36,7 @@ def start_folder(texts: list[str], problems: list[Problem]) -> tuple[str, list[s
     return named, [text for text in texts if text not in folders]
 
 
-def begin_at(scene: Any, values: SceneValues, folder: Path) -> SceneValues:  # noqa: ANN401
+def begin_at(scene: BpyStruct, values: SceneValues, folder: Path) -> SceneValues:
     """Puts what the fit has found into the open scene, which is not saved, as --save would: values,
     images, grids, the world's image. Returns the scene as it is now. Raises BadInput."""
     from ... import write_back

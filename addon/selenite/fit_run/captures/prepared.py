@@ -5,21 +5,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, TypeAlias, TypedDict
 
 import numpy as np
 
 from ... import native
 from ...problems import Problem, choice, listed
-from ...scene_read.capture_request import CaptureRequest, with_ids
+from ...scene_read.capture_request import CaptureRequest, LensDistortion, with_ids
 from ...scene_read.values import CameraValues, SceneValues
 from ..photos import distortion
 from ..photos.files import MASK_TOLERANCE, as_file, header, pixels, same_aspect, unreadable
-from ..photos.masks import background_of, masked
-from ..photos.response import read_response
+from ..photos.kept_lens import KeptLenses
+from ..photos.masks import background_of, masked, within_silhouette
+from ..photos.response import NativeResponse, read_response
 from ..photos.silhouette import Silhouettes
 from ..photos.window import WHOLE, PhotoWindow, projection, window_of
-from .light_states import AS_IN_SCENE, light_state
+from .in_parallel import in_parallel
+from .light_states import AS_IN_SCENE, LightState, light_state
+
+if TYPE_CHECKING:
+    from ..._core import Frame, Photo
+    from ..._image import CountedInfo, PhotoInfo
 
 #: Names of cameras that a line has.
 _FEW = 3
@@ -38,6 +45,14 @@ Gain = tuple[float, float, float]
 #: Of a camera, in pixels of its picture to the right and down, and in radians about its axis.
 Alignment = tuple[float, float, float]
 UNALIGNED: Alignment = (0.0, 0.0, 0.0)
+
+
+class _Taken(TypedDict):
+    """How a photo was taken, whether its pixels are wanted or not."""
+
+    id: str
+    lights: LightState
+    gain: Gain
 
 
 @dataclass(frozen=True)
@@ -67,26 +82,25 @@ class Capture:
     gain: Gain = (1.0, 1.0, 1.0)
     free_gain: str = "none"
     align: bool = False
-    lights: Mapping[str, Any] = field(default_factory=lambda: dict(AS_IN_SCENE))
+    lights: LightState = field(default_factory=lambda: dict(AS_IN_SCENE))
     warnings: tuple[str, ...] = ()
     window: tuple[float, float, float, float] = WHOLE
     isolated: float = 0.0
     alignment: Alignment = UNALIGNED
 
     @property
-    def frame(self) -> tuple[Any, ...]:
+    def frame(self) -> Frame:
         """Aspect, width and height of the photo, and its window if it is cropped: makes a native
         render one of the reference."""
         return self._frame(*self.photo_size)
 
     @property
-    def frame_of_render(self) -> tuple[Any, ...]:
+    def frame_of_render(self) -> Frame:
         """The same of a picture that shows what the photo shows, with pixels of its own."""
         return self._frame(0, 0)
 
-    def _frame(self, width: int, height: int) -> tuple[Any, ...]:
-        whole = (self.aspect, width, height)
-        return whole if self.window == WHOLE else (*whole, self.window)
+    def _frame(self, width: int, height: int) -> Frame:
+        return frame_of(self.aspect, (width, height), self.window)
 
     @property
     def mask_share(self) -> float:
@@ -100,14 +114,14 @@ class Capture:
         aspect = self.aspect * (right - left) / (bottom - top)
         return aspect * height / width * camera.pixel_aspect_x / camera.pixel_aspect_y
 
-    def native(self) -> Any:  # noqa: ANN401 - a native Photo
+    def native(self) -> Photo:
         """With its pixels: what a fit compares with."""
         return native.core().Photo(
             self.camera, self.reference, self.weight, free_gain=self.free_gain, align=self.align,
             frame=self.frame, alignment=self.alignment, **self._taken(),
         )  # fmt: skip
 
-    def view(self, size: tuple[int, int] | None = None, *, of_file: bool = True) -> Any:  # noqa: ANN401 - a native Photo
+    def view(self, size: tuple[int, int] | None = None, *, of_file: bool = True) -> Photo:
         """Without pixels: what it shows, `size` (width, height) or that of the reference. of_file:
         as an area filter leaves the photo; else with pixels of its own."""
         rows, columns = self.reference.shape[:2]
@@ -119,7 +133,7 @@ class Capture:
             alignment=(across * width / columns, down * height / rows, roll), **self._taken(),
         )  # fmt: skip
 
-    def _taken(self) -> dict[str, Any]:
+    def _taken(self) -> _Taken:
         return {"id": self.id, "lights": self.lights, "gain": self.gain}
 
     def small(self, size: tuple[int, int]) -> Capture:
@@ -135,6 +149,14 @@ class Capture:
         return replace(self, reference=picture, weight=weight, alignment=moved)
 
 
+def frame_of(
+    aspect: float, size: tuple[int, int], window: tuple[float, float, float, float]
+) -> Frame:
+    """What makes a native render one of a photo: see `Capture.frame`."""
+    whole = (aspect, *size)
+    return whole if window == WHOLE else (*whole, window)
+
+
 def read_captures(
     scene: SceneValues,
     requests: Sequence[CaptureRequest],
@@ -148,37 +170,55 @@ def read_captures(
 ) -> list[Capture]:
     """Reads every photo, of which several may be of one camera; all that is wrong goes to
     `problems`. fitted: the owners of what is fitted, whose silhouettes may be asked for.
-    go_on: called before each photo, and may raise."""
+    go_on: called while photos are decoded, once for each at least, and may raise. Photos are
+    decoded side by side; what is said of them keeps their order."""
     if not requests:
         cure = "give one with --photo CAMERA=FILE or in the Captures panel"
         problems.append(Problem("Fit", "there is no photo", cure))
-    captures: list[Capture] = []
     cameras = {camera.name: camera for camera in scene.cameras}
     requests = with_ids(requests, cameras)
-    used: set[str] = set()
+    lenses, used = KeptLenses(), set[str]()
     silhouettes = Silhouettes(scene, fitted)
+    opened: list[_Opened | None] = []
+    states: list[LightState] = []
+    said: list[list[Problem]] = []
     for request in requests:
-        go_on()
+        said.append([])
         title = f"Photo '{request.photo}'"
         if not request.camera:
-            problems.append(Problem(title, "it has no camera", "choose its camera"))
+            said[-1].append(Problem(title, "it has no camera", "choose its camera"))
         elif request.camera not in cameras:
             reason = scene.unusable_cameras.get(request.camera, "it is not in the scene")
             cure = choice(request.camera, cameras)
-            problems.append(Problem(f"Camera '{request.camera}'", reason, cure))
+            said[-1].append(Problem(f"Camera '{request.camera}'", reason, cure))
         elif request.id in used:
             cause, cure = "another photo has its id", "give each photo an id of its own"
-            problems.append(Problem(f"Photo '{request.id}'", cause, cure))
+            said[-1].append(Problem(f"Photo '{request.id}'", cause, cure))
         elif not request.photo:
             cause = "it has no photo"
             cure = "choose a photo or remove the row"
-            problems.append(Problem(f"Camera '{request.camera}'", cause, cure))
+            said[-1].append(Problem(f"Camera '{request.camera}'", cause, cure))
         else:
             used.add(request.id)
             camera = cameras[request.camera]
-            capture = _read(camera, request, height, silhouettes, problems, warnings, packed)
-            lights = light_state(scene, request, problems)
+            opened.append(_open(camera, request, height, lenses, silhouettes, said[-1], packed))
+            go_on()
+            states.append(light_state(scene, request, said[-1]))
+            continue
+        opened.append(None)
+        states.append(AS_IN_SCENE)
+    captures: list[Capture] = []
+    decoded = in_parallel(
+        [None if item is None else partial(item.decode, packed) for item in opened],
+        [0 if item is None else item.size[0] * item.size[1] for item in opened],
+        go_on,
+    )
+    for item, lights, shown, found in zip(opened, states, decoded, said, strict=True):
+        if item is not None and shown is not None:
+            capture = _finish(item, shown, found, warnings)
             captures += [replace(capture, lights=lights)] if capture is not None else []
+        problems += found
+    warnings += lenses.remarks()
     return captures
 
 
@@ -194,18 +234,65 @@ def without_photo(scene: SceneValues, requests: Sequence[CaptureRequest]) -> str
     return f"{len(names)} of {len(scene.cameras)} cameras have no photo: {first}{rest}"
 
 
-def _read(
+#: Reference, weight, inside, and what is known of photo and mask; or why there is none.
+_Decoded: TypeAlias = (
+    "tuple[np.ndarray, np.ndarray, np.ndarray, PhotoInfo, CountedInfo | None] | Problem"
+)
+
+
+@dataclass(frozen=True)
+class _Opened:
+    """A photo whose header agrees with what is said of it. size: of the file, (width, height).
+    working_size: (columns, rows). silhouette: see `within_silhouette`. remarks: what has to be
+    said of it so far."""
+
+    camera: CameraValues
+    request: CaptureRequest
+    size: tuple[int, int]
+    working_size: tuple[int, int]
+    window: PhotoWindow
+    corners: np.ndarray | None
+    response: NativeResponse | None
+    silhouette: np.ndarray | None
+    remarks: list[str]
+
+    def decode(self, packed: Mapping[str, bytes]) -> _Decoded:
+        """Its pixels at the working size; may run beside others."""
+        request = self.request
+        titles = _titles(request)
+        paths = dict.fromkeys(titles, "")
+        try:
+            with (
+                as_file(request.photo, packed) as path,
+                as_file(request.mask, packed) as paths[titles[1]],
+                as_file(request.exclude, packed) as paths[titles[2]],
+            ):
+                found: _Decoded = native.image().read_at_size(
+                    path, *self.working_size, paths[titles[1]] or None,
+                    exclude=paths[titles[2]] or None, response=self.response,
+                    counted=request.clip, corners=self.corners, within=self.silhouette,
+                )  # fmt: skip
+        except (OSError, ValueError, MemoryError) as error:
+            named = (n for n, file in paths.items() if file and str(error).startswith(f"'{file}'"))
+            return unreadable(next(named, titles[0]), error)
+        return found
+
+
+def _titles(request: CaptureRequest) -> tuple[str, str, str]:
+    """What photo, mask and exclude are called in messages."""
+    return f"Photo '{request.photo}'", f"Mask '{request.mask}'", f"Exclude '{request.exclude}'"
+
+
+def _open(
     camera: CameraValues,
     request: CaptureRequest,
     height: int,
+    lenses: KeptLenses,
     silhouettes: Silhouettes,
     problems: list[Problem],
-    warnings: list[str],
     packed: Mapping[str, bytes],
-) -> Capture | None:
-    title, mask_title = f"Photo '{request.photo}'", f"Mask '{request.mask}'"
-    exclude_title = f"Exclude '{request.exclude}'"
-    found = len(problems)
+) -> _Opened | None:
+    title, mask_title, exclude_title = _titles(request)
     info = header(title, request.photo, problems, packed, as_linear=True)
     response = read_response(request.response, problems)
     masks = {
@@ -217,6 +304,7 @@ def _read(
     if info is None:
         return None
     size = (info["width"], info["height"])
+    request = lenses.given_to(request, camera, size)
     window = window_of(camera, request, size, info["orientation"], problems)
     for name, mask in masks.items():
         mask_size = (mask["width"], mask["height"]) if mask is not None else size
@@ -227,25 +315,33 @@ def _read(
     columns = min(size[0], max(1, round(rows * size[0] / size[1])))
     remarks: list[str] = []
     corners = None
-    if window is not None and request.distortion is not None:
-        corners = _corners(camera, request, window, size, (columns, rows), problems, remarks)
-    if window is None or len(problems) > found:
+    if window is not None and isinstance(request.distortion, LensDistortion):
+        corners = _corners(
+            camera, request, request.distortion, window, size, (columns, rows), problems, remarks
+        )
+    if window is None or problems:
         return None
-    try:
-        with (
-            as_file(request.photo, packed) as path,
-            as_file(request.mask, packed) as mask_path,
-            as_file(request.exclude, packed) as exclude_path,
-        ):
-            reference, weight, inside, info, mask = native.image().read_at_size(
-                path, columns, rows, mask_path or None, exclude=exclude_path or None,
-                response=response, counted=request.clip, corners=corners,
-            )  # fmt: skip
-    except (OSError, ValueError, MemoryError) as error:
-        paths = {mask_title: mask_path, exclude_title: exclude_path}
-        named = (n for n, file in paths.items() if file and str(error).startswith(f"'{file}'"))
-        problems.append(unreadable(next(named, title), error))
+    frame = frame_of(window.aspect, size, window.fractions)
+    inside = within_silhouette(request, (columns, rows), frame, silhouettes, problems)
+    if problems:
         return None
+    return _Opened(
+        camera, request, size, (columns, rows), window, corners, response, inside, remarks
+    )
+
+
+def _finish(
+    opened: _Opened,
+    decoded: _Decoded,
+    problems: list[Problem],
+    warnings: list[str],
+) -> Capture | None:
+    request, window, remarks = opened.request, opened.window, list(opened.remarks)
+    title, mask_title, _ = _titles(request)
+    if isinstance(decoded, Problem):
+        problems.append(decoded)
+        return None
+    reference, weight, inside, info, mask = decoded
     if not (weight > 0).any():
         cause = f"no pixel of it can be used ({_reasons(info['counts'])})"
         problems.append(Problem(title, cause, "give a better exposed photo or another mask"))
@@ -254,14 +350,12 @@ def _read(
     if mask is not None:
         remarks += [f"{mask_title}: {text}" for text in mask["warnings"]]
     capture = Capture(
-        request.id, camera.name, request.photo, size, reference, weight, window.aspect,
-        window=window.fractions, free_gain=request.gain or "none",
+        request.id, opened.camera.name, request.photo, opened.size, reference, weight,
+        window.aspect, window=window.fractions, free_gain=request.gain or "none",
         align=bool(request.align), isolated=info["isolated"],
     )  # fmt: skip
-    weight = masked(
-        request, reference, weight, inside, capture.frame, silhouettes, problems, remarks
-    )
-    if len(problems) > found:
+    weight = masked(request, reference, weight, inside, opened.silhouette, problems, remarks)
+    if problems:
         return None
     warnings += [text for text in remarks if text not in warnings]
     return replace(capture, weight=weight, warnings=tuple(remarks))
@@ -270,6 +364,7 @@ def _read(
 def _corners(
     camera: CameraValues,
     request: CaptureRequest,
+    lens: LensDistortion,
     window: PhotoWindow,
     file_size: tuple[int, int],
     working_size: tuple[int, int],
@@ -277,15 +372,14 @@ def _corners(
     remarks: list[str],
 ) -> np.ndarray | None:
     """Where the picture's pixels lie in a photo that its lens distorts."""
-    assert request.distortion is not None  # noqa: S101 - asked for only then
     title = f"Photo '{request.photo}'"
     if camera.kind == "ORTHO":
         cause = f"it has a distortion, and its camera '{camera.name}' is orthographic"
         problems.append(Problem(title, cause, "use a perspective camera, or leave it out"))
         return None
     seen = projection(camera, window)
-    differs = distortion.disagreement(request.distortion, seen, window)
-    places = distortion.corners(request.distortion, seen, window, file_size, *working_size)
+    differs = distortion.disagreement(lens, seen, window)
+    places = distortion.corners(lens, seen, window, file_size, *working_size)
     if distortion.misses(places, file_size):
         cause = f"by its distortion it shows nothing of what camera '{camera.name}' takes"
         cure = "give fx, fy, cx, cy in pixels of the whole photo, and k1 to p2 for slopes"

@@ -4,7 +4,7 @@ background together, without the rim."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from ...problems import Problem
 from ...scene_read.capture_request import CaptureRequest
 from .background import Background
 from .silhouette import Silhouettes
+
+if TYPE_CHECKING:
+    from ..._core import Frame
 
 #: Pixels of the working size that are taken off wherever a mask ends: camera and geometry are
 #: seldom known better.
@@ -31,17 +34,43 @@ def background_of(request: CaptureRequest, problems: list[Problem]) -> Backgroun
         return None
 
 
+def within_silhouette(
+    request: CaptureRequest,
+    size: tuple[int, int],
+    frame: Frame,
+    silhouettes: Silhouettes,
+    problems: list[Problem],
+) -> np.ndarray | None:
+    """(h, w) bool of the pixels that show the fitted objects; None where that is not asked for, or,
+    with a problem, where nothing is left. size: (width, height)."""
+    if request.silhouette is None:
+        return None
+    title = f"Photo '{request.photo}'"
+    try:
+        seen = silhouettes.inside(request.camera, frame, size)
+    except ValueError as error:
+        cause = f"its silhouette cannot be rendered ({error})"
+        problems.append(Problem(title, cause, "correct the scene, or give a mask"))
+        return None
+    if not seen.any():
+        cause = f"camera '{request.camera}' sees nothing of the fitted objects"
+        cure = "correct the camera, or leave out its 'silhouette'"
+        problems.append(Problem(title, cause, cure))
+        return None
+    return eroded(seen, request.silhouette)
+
+
 def masked(
     request: CaptureRequest,
     reference: np.ndarray,
     weight: np.ndarray,
     of_files: np.ndarray,
-    frame: tuple[Any, ...],
-    silhouettes: Silhouettes,
+    silhouette: np.ndarray | None,
     problems: list[Problem],
     remarks: list[str],
 ) -> np.ndarray:
-    """The weight (h, w) within all masks. of_files: (h, w) bool, within alpha and mask files."""
+    """The weight (h, w) within all masks. of_files, silhouette: (h, w) bool, within alpha and mask
+    files, and within `within_silhouette`."""
     title = f"Photo '{request.photo}'"
     inside = of_files
     background = background_of(request, problems)
@@ -51,20 +80,8 @@ def masked(
         if share == 0:
             remarks.append(f"{title}: no pixel of it has the colour of its background")
         inside = inside & ~behind
-    if request.silhouette is not None:
-        size = (reference.shape[1], reference.shape[0])
-        try:
-            seen = silhouettes.inside(request.camera, frame, size)
-        except ValueError as error:
-            cause = f"its silhouette cannot be rendered ({error})"
-            problems.append(Problem(title, cause, "correct the scene, or give a mask"))
-            return weight
-        if not seen.any():
-            cause = f"camera '{request.camera}' sees nothing of the fitted objects"
-            cure = "correct the camera, or leave out its 'silhouette'"
-            problems.append(Problem(title, cause, cure))
-            return weight
-        inside = inside & eroded(seen, request.silhouette)
+    if silhouette is not None:
+        inside = inside & silhouette
     if inside.all():
         return weight
     trimmed = eroded(inside, RIM)

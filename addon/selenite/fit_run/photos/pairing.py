@@ -6,13 +6,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ... import native
 from ...problems import Problem, listed
 from ..captures.prepared import Capture
+
+if TYPE_CHECKING:
+    from ..._core import Scene
 
 #: Height of the pictures that are compared, samples of a render, and photos up to which all are.
 HEIGHT, MOST = 64, 24
@@ -50,14 +53,14 @@ class Pairing:
 def paired(
     captures: Sequence[Capture],
     cameras: Sequence[str],
-    scene: Any,  # noqa: ANN401 - a native Scene
+    scene: Scene,
     go_on: Callable[[], None] = lambda: None,
 ) -> Pairing:
     """captures: of HEIGHT. cameras: all of the scene. go_on: called before each render; raises."""
     own = {item.camera: item for item in captures}
     correlation = np.full((len(captures), len(cameras)), -1.0)
     for column, camera in enumerate(cameras):
-        seen: dict[tuple[Any, ...], np.ndarray] = {}
+        seen: dict[tuple[object, ...], np.ndarray] = {}
         for row, capture in enumerate(captures):
             key = (capture.reference.shape, capture.frame)
             if key not in seen:
@@ -72,11 +75,10 @@ def paired(
     )
 
 
-def _rendered(scene: Any, capture: Capture) -> np.ndarray:  # noqa: ANN401 - a native Scene
+def _rendered(scene: Scene, capture: Capture) -> np.ndarray:
     """What the capture's camera shows, (h, w, 3)."""
     evaluator = native.core().Evaluator(scene, depth=_DEPTH)
-    picture: np.ndarray = evaluator.picture(capture.view(), _SPP).image
-    return picture
+    return evaluator.picture(capture.view(), _SPP).image
 
 
 def _better(

@@ -95,9 +95,11 @@ def _unpacked(file: Path, data: bytes, most: int) -> bytes:
 
 
 def read_text(file: Path, most: int = MOST_TEXT) -> str:
-    """The whole file as UTF-8, with or without a byte order mark. Raises ReconstructionError."""
+    """The whole file as UTF-8, with or without a byte order mark, its lines ended by line feeds
+    however the file ends them. Raises ReconstructionError."""
     try:
-        return read_bytes(file, most).decode("utf-8-sig")
+        text = read_bytes(file, most).decode("utf-8-sig")
+        return text.replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
         cause = f"it is no text in UTF-8 (byte {error.start})"
         raise Place(file, "file").error(cause, "export it as text in UTF-8") from error

@@ -14,12 +14,15 @@ _OTHER = "export it as COLMAP, Bundler, transforms.json or Metashape's XML"
 _MESH = "export the mesh as OBJ, PLY, X3D or glTF"
 _PROJECT = "open it and use File > Export > Export Cameras"
 _SCENE = "it is a scene already: run 'selenite check' and 'selenite fit' with it"
+#: Roots of the doc.xml in the archives of a project: of all, of a chunk, of its frame.
+_PARTS = (b"<chunks ", b"<chunk version", b"<frame version")
 #: What stands near the beginning of a file, whose that is, and the cure.
 _CONTENTS = (
     (b'"sfm_data_version"', "OpenMVG", _OTHER),
     (b'"featuresFolders"', "AliceVision", _OTHER),
     (b'"pipelineVersion"', "Meshroom", _OTHER),
     (b'"application/opf', "Pix4D (OPF)", _OTHER),
+    (b'"PinholeCamera', "Open3D", _OTHER),
     (b'"shots"', "OpenSfM", _OTHER),
     (b'"img_name"', "Gaussian splatting", "give the COLMAP model that it was trained with"),
     (
@@ -29,6 +32,7 @@ _CONTENTS = (
     ),
     (b"<BlocksExchange", "ContextCapture", _OTHER),
     (b".files/project.zip", "a project of Metashape", _PROJECT),
+    *((root, "a part of a project of Metashape", _PROJECT) for root in _PARTS),
 )
 #: What a file begins with.
 _STARTS = (

@@ -30,9 +30,11 @@ class Labels:
 
 
 class LeftOut:
-    """Cameras that are not read, by the cause."""
+    """Cameras that are not read, or others, `kind`, of which something is to be said: a line for
+    each cause, however many they are."""
 
-    def __init__(self) -> None:
+    def __init__(self, kind: str = "camera") -> None:
+        self._kind = kind
         self._labels: dict[str, list[str]] = {}
 
     def add(self, label: str, cause: str) -> None:
@@ -41,7 +43,7 @@ class LeftOut:
 
     def remarks(self) -> list[str]:
         """A line for each cause."""
-        return [f"{_named(labels)}: {cause}" for cause, labels in self._labels.items()]
+        return [f"{_named(self._kind, labels)}: {cause}" for cause, labels in self._labels.items()]
 
     def causes(self) -> str:
         """All of them, "" where nothing is left out."""
@@ -57,9 +59,9 @@ def usable_text(text: str, place: Place) -> str:
     return text
 
 
-def _named(labels: list[str]) -> str:
+def _named(kind: str, labels: list[str]) -> str:
     """cameras 'A', 'B' and 3 more."""
     shown = listed(shortened(label) for label in labels[:MOST_NAMED])
     more = len(labels) - MOST_NAMED
-    kind = "camera" if len(labels) == 1 else "cameras"
-    return f"{kind} {shown}" + (f" and {more} more" if more > 0 else "")
+    plural = "" if len(labels) == 1 else "s"
+    return f"{kind}{plural} {shown}" + (f" and {more} more" if more > 0 else "")

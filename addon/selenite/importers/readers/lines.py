@@ -3,14 +3,18 @@
 
 from __future__ import annotations
 
+import io
 from codecs import BOM_UTF8
 from collections.abc import Iterator
 from pathlib import Path
+from typing import IO
 
-from .files import MOST_BINARY, Place, size_of
+from .files import MOST_BINARY, Place, read_bytes, size_of
 
 #: Bytes of one line: an image with half a million features.
 LONGEST_LINE = 32 << 20
+#: Bytes that show how lines end.
+_START = 1 << 16
 
 
 def word_lines(file: Path, triples_follow: bool = False) -> Iterator[tuple[list[str], Place]]:
@@ -39,7 +43,12 @@ def _lines(file: Path) -> Iterator[tuple[bytes, Place]]:
     """Each line, without a byte order mark, and where it is. Raises ReconstructionError."""
     size_of(file, MOST_BINARY)
     try:
-        with file.open("rb") as stream:
+        with file.open("rb") as opened:
+            stream: IO[bytes] = opened
+            start = opened.read(_START)
+            opened.seek(0)
+            if b"\r" in start and b"\n" not in start:  # as old Macintoshes end their lines
+                stream = io.BytesIO(read_bytes(file).replace(b"\r", b"\n"))
             count = 0
             while line := stream.readline(LONGEST_LINE + 1):
                 count += 1

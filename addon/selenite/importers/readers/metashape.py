@@ -124,12 +124,11 @@ class _Chunk:
             cure = UNDISTORT if other_lens else ALIGN
             raise Place(self.file, "cameras").error(f"none can be used ({causes})", cure)
         self.remarks += left_out.remarks()
-        self.remarks += [
-            f"sensor '{name}': {remark}"
-            for name, (_, sensor) in self.sensors.items()
-            if name in used
-            for remark in sensor.remarks
-        ]
+        of_sensors = LeftOut("sensor")
+        for name, (_, sensor) in self.sensors.items():
+            for remark in sensor.remarks if name in used else ():
+                of_sensors.add(name, remark)
+        self.remarks += of_sensors.remarks()
         self._remark_on_components()
         self._remark_on_reference()
         return Reconstruction(

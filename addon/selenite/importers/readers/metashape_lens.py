@@ -15,7 +15,7 @@ import numpy as np
 from ..reconstruction import Intrinsics
 from . import numbers
 from .files import Place
-from .lenses import intrinsics, left_out
+from .lenses import intrinsics
 from .xml_tree import attribute
 
 ALIGN = "align the photos in Metashape and export the cameras again"
@@ -123,8 +123,7 @@ def _of_calibration(calibration: Element, size: tuple[int, int], place: Place) -
         "fx": focal + values.get("b1", 0.0), "fy": focal,
         "cx": width / 2 + values.get("cx", 0.0), "cy": height / 2 + values.get("cy", 0.0),
     }  # fmt: skip
-    found = intrinsics(size, values | in_pixels, place)
-    return Sensor(found, remarks=tuple(left_out(values, found)))
+    return Sensor(intrinsics(size, values | in_pixels, place))
 
 
 def _values(calibration: Element, place: Place) -> dict[str, float]:

@@ -25,7 +25,7 @@ from ..reconstruction import (
 from . import numbers
 from .files import Place, inside, is_file, read_bytes, shortened
 from .labels import Labels, LeftOut, usable_text
-from .lenses import left_out, opencv_intrinsics
+from .lenses import opencv_intrinsics
 from .pictures import Pictures
 from .ply import read_points
 
@@ -48,7 +48,6 @@ def read_nerf(file: Path, pictures: tuple[Path, ...] = ()) -> Reconstruction:
         raise place.error("it is missing or empty")
     found: list[ReconstructedCamera] = []
     labels, skipped, photos = Labels(), LeftOut(), Pictures(file.parent, pictures)
-    dropped: dict[str, None] = {}
     for count, frame in enumerate(frames):
         where = Place(file, f"frame {count}")
         if not isinstance(frame, dict):
@@ -65,11 +64,10 @@ def read_nerf(file: Path, pictures: tuple[Path, ...] = ()) -> Reconstruction:
             skipped.add(label, cause)
             continue
         lens = values.intrinsics(photos, (photo, mask))
-        dropped.update(dict.fromkeys(left_out({"k4": values.number("k4") or 0.0}, lens)))
         found.append(ReconstructedCamera(label, pose, lens, photo=photo, mask=mask))
     if not found:
         raise place.error(f"none can be used ({skipped.causes()})", "undistort the photos")
-    remarks = [*skipped.remarks(), *dropped]
+    remarks = [*skipped.remarks()]
     if _is_moved(shared):
         remarks.append(
             "its cameras were moved after the reconstruction (applied_transform): a mesh from "

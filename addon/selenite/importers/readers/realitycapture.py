@@ -22,7 +22,7 @@ from ..reconstruction import FLIP, ReconstructedCamera, Reconstruction
 from . import numbers
 from .files import Place, read_text, shortened
 from .labels import Labels, LeftOut
-from .lenses import intrinsics, left_out
+from .lenses import intrinsics
 from .pictures import Pictures
 from .xml_tree import read_tree
 
@@ -50,16 +50,13 @@ class _Cameras:
         self.found: list[ReconstructedCamera] = []
         self.skipped = LeftOut()
         self.cure = ALIGN
-        self.dropped: dict[str, None] = {}
 
     def reconstruction(self, name: str, place: Place) -> Reconstruction:
         """Raises ReconstructionError where none is left."""
         if not self.found:
             causes = self.skipped.causes() or "there are none"
             raise place.error(f"no camera can be used ({causes})", self.cure)
-        return Reconstruction(
-            name, tuple(self.found), remarks=(*self.skipped.remarks(), *self.dropped)
-        )
+        return Reconstruction(name, tuple(self.found), remarks=tuple(self.skipped.remarks()))
 
     def add(
         self, label: str, pose: np.ndarray, values: Mapping[str, float], size: tuple[int, int],
@@ -74,11 +71,9 @@ class _Cameras:
             "fx": focal, "fy": focal * values.get("aspect", 1.0),
             "cx": width / 2 + values.get("u", 0.0) * longer,
             "cy": height / 2 + values.get("v", 0.0) * longer,
+            "b2": values.get("skew", 0.0) * longer / FILM,
         }  # fmt: skip
         lens = intrinsics(size, {**values, **in_pixels}, place)
-        skew = values.get("skew", 0.0) * longer / FILM
-        remarks = left_out({"b2": skew, "k4": values.get("k4", 0.0)}, lens)
-        self.dropped.update(dict.fromkeys(remark.replace("b2", "skew") for remark in remarks))
         self.found.append(ReconstructedCamera(label, pose, lens, photo=photo))
 
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
 from . import tiles
@@ -12,6 +12,7 @@ from .files import Place, inside, is_file, shortened
 
 #: Of an address; one letter is a drive of Windows.
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:|[A-Za-z]:[\\/]|//|\\\\|/")
+_PATH = re.compile(r"[A-Za-z]:[\\/]|\\\\|/(?!/)")
 #: One string of an MFString: in quotes, in which a backslash keeps the next letter.
 _QUOTED = re.compile(r"\"((?:[^\"\\]|\\.)*)\"|'((?:[^'\\]|\\.)*)'", re.DOTALL)
 MOST_ADDRESSES = 100
@@ -36,6 +37,25 @@ def addresses(text: str, place: Place) -> list[str]:
     return [address for address in found if address.strip()][:MOST_ADDRESSES]
 
 
+def in_any_case(folder: Path, name: str) -> Path | None:
+    """The file of that name below `folder`; if it is not there, the one whose name differs only in
+    its case, as Windows finds it. None if there is none, several or a folder elsewhere."""
+    exact = inside(folder, name)
+    if exact is not None and is_file(exact):
+        return exact
+    place = folder
+    for part in PurePosixPath(name).parts:
+        try:
+            found = [one for one in place.iterdir() if one.name.casefold() == part.casefold()]
+        except OSError:
+            return None
+        if len(found) != 1:
+            return None
+        place = found[0]
+    path = inside(folder, str(place.relative_to(folder)))
+    return path if is_file(path) else None
+
+
 def picture(text: str, place: Place, remarks: list[str]) -> Path | None:
     """The first address that is a file below the folder of the mesh's, or stands for several such
     (`tiles`); None, with a remark, if none of them is there. Raises ReconstructionError if there is
@@ -44,10 +64,16 @@ def picture(text: str, place: Place, remarks: list[str]) -> Path | None:
     for address in addresses(text, place):
         if _SCHEME.match(address):
             elsewhere = elsewhere or address
+            # A path of the computer where it was written: the picture came along beside the file.
+            last = address.replace("\\", "/").rpartition("/")[2]
+            local = in_any_case(place.file.parent, last) if _PATH.match(address) else None
+            if local is not None:
+                return local
             continue
         for name in (address, unquote(address)):
             # Backslashes part folders where these files are written, not where they are read.
-            path = inside(place.file.parent, name.replace("\\", "/"))
+            name = name.replace("\\", "/")
+            path = in_any_case(place.file.parent, name) or inside(place.file.parent, name)
             if path is None:
                 elsewhere = elsewhere or address
             elif is_file(path) or (path is not None and tiles.of(path)):

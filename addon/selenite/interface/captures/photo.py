@@ -36,7 +36,7 @@ GAIN_ITEMS = (
     ("RGB", "Exposure and White Balance", "The fit finds a factor for each channel", 2),
 )
 #: In their order in the panel.
-LENS = ("fx", "fy", "cx", "cy", "k1", "k2", "k3", "p1", "p2")
+LENS = ("fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4", "p1", "p2", "p3", "p4", "b2")
 _MOST_PIXELS = 100_000
 
 
@@ -134,6 +134,10 @@ class SeleniteCapturePhoto(bpy.types.PropertyGroup):
         name="Width / Height", default=1.0, min=0.01, max=100.0, description="Of a pixel"
     )
     use_distortion: BoolProperty(name="Distortion", description="The lens distorts the photo")
+    undistorted: BoolProperty(
+        name="Undistorted",
+        description="The photo is free of the distortion that an import has kept with its camera",
+    )
     fx: _lens("Focal Length X", 1000.0, "In pixels of the whole photo", 1)
     fy: _lens("Focal Length Y", 1000.0, "In pixels of the whole photo", 1)
     cx: _lens("Centre X", 960.0, "Principal point in pixels from the left", 1)
@@ -141,8 +145,12 @@ class SeleniteCapturePhoto(bpy.types.PropertyGroup):
     k1: _lens("K1", 0.0, "Radial")
     k2: _lens("K2", 0.0, "Radial")
     k3: _lens("K3", 0.0, "Radial")
+    k4: _lens("K4", 0.0, "Radial")
     p1: _lens("P1", 0.0, "Tangential, in Metashape's order")
     p2: _lens("P2", 0.0, "Tangential, in Metashape's order")
+    p3: _lens("P3", 0.0, "Tangential, of the slope's square")
+    p4: _lens("P4", 0.0, "Tangential, of the slope's fourth power")
+    b2: _lens("B2", 0.0, "Skew in pixels of the whole photo")
 
 
 def draw(layout: bpy.types.UILayout, photo: bpy.types.PropertyGroup) -> None:
@@ -173,6 +181,8 @@ def draw(layout: bpy.types.UILayout, photo: bpy.types.PropertyGroup) -> None:
         _switched(column, photo, "use_crop", "crop")
     _switched(column, photo, "use_pixel_aspect", "pixel_aspect")
     _switched(column, photo, "use_distortion", *LENS)
+    if not photo.use_distortion:
+        field(column, photo, "undistorted")
 
 
 def _switched(

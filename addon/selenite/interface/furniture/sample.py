@@ -147,14 +147,16 @@ def _wait() -> float | None:
     SAMPLE.job = None
     show_status(bpy.context, None)
     job.join()
-    if job.work.path is not None:
+    work = job.work
+    assert isinstance(work, Making)  # noqa: S101 - nothing else is started here
+    if work.path is not None:
         window = bpy.context.window_manager.windows[0]
         with bpy.context.temp_override(window=window):
-            bpy.ops.wm.open_mainfile(filepath=str(job.work.path), load_ui=False)
+            bpy.ops.wm.open_mainfile(filepath=str(work.path), load_ui=False)
         # Later: what this timer knows of windows is that of the file before.
         bpy.app.timers.register(_prefer_draft, first_interval=0.1)
-    elif job.work.trouble:
-        SAMPLE.lines = [_failure(job.work)]
+    elif work.trouble:
+        SAMPLE.lines = [_failure(work)]
         redraw(bpy.context)
     return None
 

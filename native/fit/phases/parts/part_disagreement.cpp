@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "fit/inference/expansion_point.h"
 #include "math/scalar.h"
@@ -16,14 +17,27 @@ namespace {
 constexpr std::array kChiSquareRatio95{3.841, 2.996, 2.605};
 constexpr std::array kStudent95{2.9200, 2.9200, 2.3534};
 
+/// How far a part wants component k away from x, in `Reparametrization`; empty: it does not say.
+std::optional<double> wanted(const Reparametrization& reparametrization, Eigen::Index k, double x,
+                             const PartAnswer& part) {
+  const Confidence& one = part.components[static_cast<std::size_t>(k)];
+  double to = part.x[k];
+  if (!one.determined) {
+    to = std::clamp(x, one.interval[0], one.interval[1]);
+    if (to == x) return std::nullopt;
+  }
+  return reparametrization.from_value(k, to) - reparametrization.from_value(k, x);
+}
+
 /// Half of the interval that the parts give component k, in `Reparametrization`; 0: nothing beyond chance.
-double half_width(const Reparametrization& reparametrization, Eigen::Index k, double u,
+double half_width(const Reparametrization& reparametrization, Eigen::Index k, double x,
                   double variance, const std::vector<PartAnswer>& parts) {
   double squares = 0;
   std::size_t count = 0;
   for (const PartAnswer& part : parts) {
-    if (!part.determined[static_cast<std::size_t>(k)]) continue;
-    squares += square(reparametrization.from_value(k, part.x[k]) - u);
+    const std::optional<double> way = wanted(reparametrization, k, x, part);
+    if (!way) continue;
+    squares += square(*way);
     ++count;
   }
   if (count < 2) return 0;
@@ -44,7 +58,7 @@ void widen_by_parts(const Unknowns& unknowns, const Reparametrization& reparamet
     Confidence& one = report.components[static_cast<std::size_t>(k)];
     if (!one.determined) continue;
     const double variance = report.covariance(k, k);
-    const double half = half_width(reparametrization, k, u[k], variance, parts);
+    const double half = half_width(reparametrization, k, x[k], variance, parts);
     if (half == 0) continue;
     const std::array<double, 2> wide = point.values_between(k, -half, half);
     const double before = one.interval[1] - one.interval[0];

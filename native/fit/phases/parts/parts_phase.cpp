@@ -98,10 +98,7 @@ bool PartsPhase::step(FitRun& run) {
     begin_round(x);
     return true;
   }
-  PartAnswer found{x, {}};
-  for (const Confidence& one : part_->refinement->report().components)
-    found.determined.push_back(one.determined);
-  done_.push_back(std::move(found));
+  done_.push_back({x, part_->refinement->report().components});
   if (done_.size() < count()) {
     begin_part();
     return true;

@@ -111,8 +111,7 @@ class Model:
     def reconstruction(self, name: str) -> Reconstruction:
         """Cameras in the order of their names. Raises ReconstructionError."""
         frames = self._frame_of_image()
-        labels, left_out = Labels(), LeftOut()
-        remarks = list(self.remarks)
+        labels, left_out, moved = Labels(), LeftOut(), LeftOut("image")
         found = []
         for image, where in sorted(self._images.values(), key=lambda entry: entry[0].name):
             place = where.at(f"image '{image.name}'")
@@ -120,7 +119,7 @@ class Model:
             camera = self._cameras.get(image.camera)
             if camera is None:
                 raise place.error(f"there is no camera {image.camera}")
-            pose = self._pose(image, frames.get(image.number), place, remarks)
+            pose = self._pose(image, frames.get(image.number), place, moved)
             if camera.intrinsics is None:
                 left_out.add(image.name, camera.cause)
                 continue
@@ -130,10 +129,10 @@ class Model:
             raise Place(self.folder, "images").error(
                 f"none can be used ({causes})", "undistort the photos in COLMAP and read that model"
             )
-        remarks += left_out.remarks()
+        remarks = (*self.remarks, *moved.remarks(), *left_out.remarks())
         return Reconstruction(
             name, tuple(found), points=numbers.finite(self.points, Place(self.folder, "points3D")),
-            remarks=tuple(remarks),
+            remarks=remarks,
         )  # fmt: skip
 
     def _frame_of_image(self) -> dict[int, tuple[RigidTransform, RigidTransform]]:
@@ -155,7 +154,7 @@ class Model:
 
     def _pose(
         self, image: Image, frame: tuple[RigidTransform, RigidTransform] | None, place: Place,
-        remarks: list[str],
+        moved: LeftOut,
     ) -> np.ndarray:  # fmt: skip
         own = _matrix(image.pose, place)
         if frame is None:
@@ -164,7 +163,7 @@ class Model:
         matrix = to_sensor @ to_world
         distance = 1 + np.abs(matrix[:3, 3]).max()
         if np.abs((matrix - own) / (1, 1, 1, distance)).max() > SAME_POSE:
-            remarks.append(f"image '{image.name}': its pose is that of its frame, not of images")
+            moved.add(image.name, "its pose is that of its frame, not of images")
         return _camera_to_world(matrix)
 
 
