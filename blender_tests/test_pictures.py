@@ -20,7 +20,8 @@ from selenite.fit_run.pictures.comparison import OUTSIDE, SHOWN_OUTSIDE
 from selenite.fit_run.pictures.moments import RESULT, START, Moment, Moments
 from selenite.interface import state
 from selenite.interface.pictures import images, panel
-from selenite.interface.pictures.view import VIEW
+from selenite.interface.pictures import view as view_module
+from selenite.interface.pictures.view import VIEW, LiveView
 from selenite.interface.pictures.view_through import is_through
 from selenite.scene_read import blender_process
 from selenite.scene_read.build import build
@@ -306,3 +307,14 @@ def test_new_fit_ends_the_render_of_the_last_one(tmp_path, editor):
     settings.picture_spp = 4
     assert bpy.ops.selenite.start("EXEC_DEFAULT") == {"FINISHED"}
     assert not VIEW.renderer.busy
+
+
+def test_a_slow_display_gets_fewer_pictures(monkeypatch):
+    """A tick that comes 2 s late after a picture puts the next one off by 20 times as long."""
+    view = LiveView()
+    view._drawn = {images.PLOTS: 100.0}
+    monkeypatch.setattr(view_module.time, "monotonic", lambda: 102.0 + view_module.TICK)
+    view._count_redraw()
+    assert view._due[images.PLOTS] == pytest.approx(102.0 + view_module.TICK + 40.0)
+    assert not view._is_due(images.PLOTS) and not view._drawn
+    assert view._is_due(images.COMPARISON)

@@ -87,11 +87,17 @@ def test_photos_of_another_shape_are_named_and_a_button_sets_the_resolution(samp
     render = bpy.context.scene.render
     render.resolution_x = render.resolution_y = 512
     load(sample)
-    found = state.PROBLEMS[bpy.context.scene.name]
-    assert len(found) == 2 and "it is 768 x 512" in found[0].cause
-    assert "selenite.set_resolution" in draw(panels.SELENITE_PT_head)
+    (found,) = state.PROBLEMS[bpy.context.scene.name]
+    assert "2 of 2 have not the shape" in found.cause and "768 x 512" in found.cause
+    head = " ".join(draw(panels.SELENITE_PT_head).split())
+    assert "selenite.set_resolution" in head and "press Set Resolution, or give" in head
     assert bpy.ops.selenite.set_resolution() == {"FINISHED"}
     assert (render.resolution_x, render.resolution_y) == (768, 512)
+    assert not state.PROBLEMS[bpy.context.scene.name]
+    render.resolution_x = 512
+    load(sample)
+    render.resolution_x = 768
+    load(sample)  # what is right now is not a problem any more
     assert not state.PROBLEMS[bpy.context.scene.name]
 
 

@@ -88,7 +88,10 @@ def steps():
     in_window(bpy.ops.selenite.open_sample, "EXEC_DEFAULT")
     yield lambda: state.SAMPLE.step is not None
     picture("0_opening")
-    yield lambda: "Pendant" in bpy.data.objects and state.is_idle()
+    while state.SAMPLE.job is not None:  # another Blender starts, as fast as it can
+        yield 0.2
+    yield 1.0
+    assert "Pendant" in bpy.data.objects, state.SAMPLE.lines
     assert has_sidebar()
     yield 1.0
     picture("1_open")
@@ -105,7 +108,7 @@ def steps():
     settings = bpy.context.scene.selenite
     yield lambda: len(settings.captures) == 2 and len(settings.rows) > 0 and state.is_idle()
     yield lambda: state.PAIRING.job is None
-    assert not state.PROBLEMS, state.PROBLEMS
+    assert not any(state.PROBLEMS.values()), state.PROBLEMS
     yield 1.0
     ticked = {row.parameter for row in settings.rows if row.enabled}
     assert ticked == {"base_color", "roughness", "transmission", "ior"}, ticked

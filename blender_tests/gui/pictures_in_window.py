@@ -113,6 +113,7 @@ def steps():
     background = bpy.data.objects["Camera"].data.background_images[0]
     assert (background.alpha, background.display_depth) == before
 
+    VIEW.is_unwanted = True  # as after Hide Pictures
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
     yield running
     alone = Ticks()

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import shlex
 import time
 from collections.abc import Callable, Sequence
@@ -197,8 +196,7 @@ def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FitResult:
             while (state := job.progress()).running:
                 note = state.phase
                 if state.phase == DESCENT:
-                    note = f"{state.iteration}/{state.iterations}"
-                    note += "" if math.isnan(state.loss) else f"  loss {state.loss:.3g}"
+                    note = f"iteration {state.iteration} of {state.iterations}"
                 if state.stage != stage:
                     stage = state.stage
                     say(f"stage {stage}")

@@ -9,6 +9,7 @@ import re
 _PHRASES = (
     (r"give one with --photo CAMERA=FILE or in the Captures panel", "press Load Photos, or choose "
      "one in the list of captures"),
+    (r"give its 'size', .* to the same aspect", "press Set Resolution, or give the photo Own Size"),
     (r"give --start or a file with --grid", "switch Own Start off, or start from a file"),
     (r"give --start or a file", "switch Own Start off, or do not start from a file"),
     (r"leave --unseen out", "set Unseen to Usual"),

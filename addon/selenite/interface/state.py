@@ -284,7 +284,7 @@ MASK: Background[Work] = Background(hears=False)
 SPOTS: Background[Work] = Background(hears=False)
 # Of modules that import this one
 SAMPLE: Background[Any] = Background()
-PAIRING: Background[Any] = Background()
+PAIRING: Background[Any] = Background(hears=False)
 JOBS = (TRADE, NEXT, ESTIMATE, STAGES, SAVE, ROTATION, MASK, SPOTS, SAMPLE)
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}
@@ -300,6 +300,7 @@ def forget() -> None:
     for kept in (PROBLEMS, EXPECTED, SHAPES, CHECK.contents):
         kept.clear()
     CHECK.forget()
+    PAIRING.cancel()
     for item in JOBS:
         item.lines = []
     if not RUN.is_active:

@@ -26,6 +26,8 @@ from ..texts import announce
 from ..ticking import redraw
 
 _POLL = 0.2  # seconds
+#: Of the problems that are found here.
+_KINDS = (ASPECT, DARK, pairing.KIND)
 _GREY = (0.5, 0.5, 0.5, 1.0)
 
 
@@ -65,16 +67,25 @@ class Examining:
         self._stopped = True
 
     def _of_shape(self) -> list[Problem]:
-        """Photos whose aspect is not their camera's."""
+        """Photos whose aspect is not their camera's; one Problem for many of them."""
         cameras = {camera.name: camera for camera in self._values.cameras}
         found: list[Problem] = []
+        such = ""
         for request in self._requests:
             title = f"Photo '{request.photo}'"
             info = header(title, request.photo, [], self._packed, as_linear=True)
             if info is not None:
-                size = (info["width"], info["height"])
+                size, before = (info["width"], info["height"]), len(found)
                 window_of(cameras[request.camera], request, size, info["orientation"], found)
-        return [item for item in found if item.kind == ASPECT]
+                if len(found) > before and not such:
+                    such = f"'{request.id}' with {size[0]} x {size[1]} pixels"
+        found = [item for item in found if item.kind == ASPECT]
+        if len(found) < 2:
+            return found
+        cause = (
+            f"{len(found)} of {len(self._requests)} have not the shape that their cameras render"
+        )
+        return [Problem("Photos", f"{cause}, such as {such}", found[0].cure, ASPECT)]
 
     def _compare(self) -> None:
         problems: list[Problem] = []
@@ -104,7 +115,6 @@ def examine(scene: bpy.types.Scene, values: SceneValues) -> None:
     job = BackgroundJob(Examining(values, captures_of(scene), packed_photos()))
     PAIRING.start(job, scene.name)
     if bpy.app.background:
-        job.join()
         _take(job)
     else:
         bpy.app.timers.register(_wait, first_interval=_POLL)
@@ -124,8 +134,9 @@ def _wait() -> float | None:
 def _take(job: BackgroundJob[Examining]) -> None:
     """Into the head. What a fit that began meanwhile says is newer."""
     name, PAIRING.job = PAIRING.scene_name, None
-    if job.work.problems and not RUN.is_active:
-        kept = [item for item in PROBLEMS.get(name, ()) if not item.kind]
+    job.join()
+    if not RUN.is_active:
+        kept = [item for item in PROBLEMS.get(name, ()) if item.kind not in _KINDS]
         PROBLEMS[name] = [*kept, *job.work.problems]
         CAMERAS[name] = dict(job.work.cameras)
 

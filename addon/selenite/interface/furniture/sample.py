@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 from ...demo import NAME, scenes
 from ...information.job import BackgroundJob, Step
@@ -23,6 +24,7 @@ _POLL = 0.2  # seconds
 _USUAL = 10.0
 _WORDS = """import sys
 sys.path[:0] = [{scenes!r}, {addon!r}]
+sys.path.append({numpy!r})
 import jade_pendant, pathlib, shutil
 target = pathlib.Path({target!r})
 for photo in jade_pendant.PHOTOS.glob("*.png"):
@@ -42,7 +44,10 @@ class Making:
         (folder / "photos").mkdir(parents=True, exist_ok=True)
         self._target = folder / _FILE
         words = _WORDS.format(
-            scenes=str(scenes()), addon=str(_importable()), target=str(self._target)
+            scenes=str(scenes()),
+            addon=str(_importable()),
+            numpy=str(Path(np.__file__).parents[1]),  # one that this Blender has found elsewhere
+            target=str(self._target),
         )
         command = [bpy.app.binary_path, "-b", "--factory-startup", "--python-exit-code", "1"]
         self._command = [*command, "--python-expr", words]
@@ -50,8 +55,11 @@ class Making:
     def steps(self) -> Iterator[Step]:
         """Some each second, until the other Blender has ended."""
         self._target.unlink(missing_ok=True)
-        quiet, kept = subprocess.DEVNULL, subprocess.PIPE
-        with subprocess.Popen(self._command, stdout=quiet, stderr=kept) as process:
+        said = self._target.with_name("log.txt")
+        with (
+            said.open("wb") as log,
+            subprocess.Popen(self._command, stdout=log, stderr=log) as process,
+        ):
             try:
                 seconds = 0.0
                 while process.poll() is None:
@@ -60,11 +68,11 @@ class Making:
                     seconds += _POLL
             finally:
                 process.kill()
-            said = process.stderr.read().decode(errors="replace") if process.stderr else ""
         if process.returncode == 0 and self._target.is_file():
             self.path = self._target
         else:
-            self.trouble = " ".join(said.split()[-30:]) or f"status {process.returncode}"
+            words = said.read_text(errors="replace").split()
+            self.trouble = " ".join(words[-30:]) or f"status {process.returncode}"
 
     def cancel(self) -> None:
         """The other Blender ends with the thread, at its next step."""

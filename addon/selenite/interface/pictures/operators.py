@@ -19,7 +19,7 @@ from .thumbnails import THUMBNAILS
 from .view import VIEW
 
 #: Pixels of a 3D View, at a scale of 1, from which on pictures have room beside it.
-_ROOM = 700
+_ROOM = 900
 
 
 class SELENITE_OT_show_pictures(bpy.types.Operator):

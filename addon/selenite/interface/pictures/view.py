@@ -59,6 +59,7 @@ class LiveView:
         self._tiles: dict[str, dict[str, np.ndarray]] = {}
         self._keys: dict[str, Any] = {}
         self._due: dict[str, float] = {}
+        self._drawn: dict[str, float] = {}  # in the last tick: when that ended
         self._unfitted: dict[int, int] = {}  # editors to zoom: address -> ticks
         self._forgotten: Any = None
 
@@ -108,6 +109,7 @@ class LiveView:
 
     def update(self) -> bool:
         """Draws what is due. Returns whether there is a reason to be called again."""
+        self._count_redraw()
         self._keep_editors()
         shown = images.shown_names()
         if not shown and not self._lacks_thumbnails():
@@ -289,7 +291,17 @@ class LiveView:
             }
         cost = time.perf_counter() - begin
         self.seconds, self.drawings = self.seconds + cost, self.drawings + 1
-        self._due[name] = time.monotonic() + max(every, _TIMES * cost)
+        self._drawn[name] = time.monotonic()
+        self._due[name] = self._drawn[name] + max(every, _TIMES * cost)
+
+    def _count_redraw(self) -> None:
+        """A display without a graphics card takes longer to show a picture than it takes to make:
+        by so much this tick is late."""
+        now = time.monotonic()
+        for name, ended in self._drawn.items():
+            late = max(0.0, now - ended - TICK)
+            self._due[name] = max(self._due.get(name, 0.0), now + _TIMES * late)
+        self._drawn.clear()
 
     def _is_due(self, name: str) -> bool:
         return time.monotonic() >= self._due.get(name, 0.0)
