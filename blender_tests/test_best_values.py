@@ -3,6 +3,7 @@
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import bpy
@@ -93,10 +94,19 @@ def test_the_saved_scene_has_the_best_values(done):
 
 def test_terminal_and_log_tell_the_best_values(done):
     recorded, report, printed, _ = done
-    best = ", ".join(f"{value:.4f}" for value in recorded.fit.best["Body:base_color"])
-    assert f"Body:base_color: 0.8000, 0.4000, 0.2000 -> {best}" in printed
+    rows = {
+        cells[0]: cells[1:3]
+        for line in printed.splitlines()
+        if len(cells := re.split(r"  +", line)) > 2
+    }
+    starts = zip(("red", "green", "blue"), ("0.8", "0.4", "0.2"), strict=True)
+    for at, (channel, start) in enumerate(starts):
+        assert rows[f"Body:base_color {channel}"][0] == start
+        fitted = float(rows[f"Body:base_color {channel}"][1])
+        assert fitted == pytest.approx(recorded.fit.best["Body:base_color"][at], abs=0.0005)
     power = recorded.fit.best["Key Light:power"][0]
-    assert f"Key Light:power: 40.0000 -> {power:.4f} W" in printed
+    assert rows["Key Light:power [W]"][0] == "40"
+    assert float(rows["Key Light:power [W]"][1]) == pytest.approx(power, rel=1e-3)
     log = (Path(report["folder"]) / "log.txt").read_text(encoding="utf-8")
     assert f"Best iteration: {recording_fit.BEST_ITERATION}" in log
     assert f"Key Light:power: 40.0 -> {power}" in log

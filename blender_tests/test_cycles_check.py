@@ -17,7 +17,7 @@ from selenite import native
 from selenite.cli import main
 from selenite.cycles_check import render_settings
 from selenite.cycles_check.compare import Estimate, judge, misfit
-from selenite.cycles_check.job import CheckJob
+from selenite.cycles_check.job import CheckJob, verdict
 from selenite.fit_run.request import RunRequest
 from selenite.fit_run.settings import FitSettings
 from selenite.problems import BadInput
@@ -247,6 +247,23 @@ def test_noise_is_told_from_difference():
     assert rest == pytest.approx(0.03, rel=0.2)
 
 
+@pytest.mark.parametrize(
+    ("bias", "rmse", "sentence"),
+    [
+        (0.0, 0.0, "Cycles agrees with the fit"),
+        (-0.0099, 0.049, "Cycles agrees with the fit"),
+        (-0.04, 0.0, "Cycles differs from the fit by 4.0 % in 'Side': see its pictures"),
+        (0.011, 0.2, "Cycles differs from the fit by 20.0 % in 'Side': see its pictures"),
+    ],
+)
+def test_the_answer_of_a_check_is_one_sentence(bias, rmse, sentence):
+    def row(share):
+        parts = {"relative_bias": bias, "relative_rmse": rmse}
+        return {"native_against_cycles": {f"{k}_beyond_noise": share * v for k, v in parts.items()}}
+
+    assert verdict({"photos": {"Front": row(0.1), "Side": row(1.0)}}) == sentence
+
+
 @pytest.mark.usefixtures("addon")
 def test_operator_writes_into_the_result_folder(tmp_path):
     from test_interface import draw, prepare_fit
@@ -266,6 +283,7 @@ def test_operator_writes_into_the_result_folder(tmp_path):
     assert state.CHECK.sheet == folder / "cycles_check.png" and state.CHECK.sheet.is_file()
     drawn = draw(panels.SELENITE_PT_cycles)
     assert "Selenite against" in drawn and "Filter Glossy: 1" in drawn
+    assert "Cycles agrees" in draw(panels.SELENITE_PT_head)
     bpy.ops.selenite.set_cycles()
     assert "Filter Glossy" not in draw(panels.SELENITE_PT_cycles)
     state.RUN.result = None  # as after loading the file again: the rows alone are left

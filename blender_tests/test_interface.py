@@ -240,7 +240,9 @@ def test_panels_draw_before_during_and_after_a_fit(tmp_path):
         settings.active_row = index
         settings.rows[index].use_start = True
         assert "rows" in draw(panels.SELENITE_PT_parameters)
-    assert "selenite.start" in draw(panels.SELENITE_PT_fit)
+    assert "selenite.start" not in draw(panels.SELENITE_PT_fit)  # it is in the head
+    head = draw(panels.SELENITE_PT_head)
+    assert head.count("selenite.start") == 1 and "preset" in head
     assert "tolerance" in draw(panels.SELENITE_PT_advanced)
 
     from selenite.interface.operators.fit import SELENITE_OT_start as Start
@@ -262,7 +264,7 @@ def test_panels_draw_before_during_and_after_a_fit(tmp_path):
     bpy.ops.selenite.stop()
     assert start._finish(bpy.context) == {"FINISHED"}
     settings.show_report = True
-    assert "Body: base_color" in draw(panels.SELENITE_PT_result)
+    assert "Body: Base Color red" in draw(panels.SELENITE_PT_result)
     for panel, row, more in (
         (panels.SELENITE_UL_rows, settings.rows[0], ()),
         (panels.SELENITE_UL_captures, settings.captures[0], (0,)),

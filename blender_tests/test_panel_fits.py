@@ -220,7 +220,7 @@ def test_esc_stops_the_fit_and_keeps_its_best_values(settings, monkeypatch):
     assert fit.calls.count("cancel") == 1
     assert until_over(start, bpy.context) == {"FINISHED"}
     assert_best(fit)
-    assert "you stopped it" in state.RUN.message and state.RUN.job is None
+    assert "best values so far are kept" in state.RUN.message and state.RUN.job is None
 
 
 def test_other_keys_go_on_to_blender(settings, monkeypatch):

@@ -20,7 +20,7 @@ CALLED = {
     "Add Capture": "*+*",
     "Remove Capture": "*-*",
     "Material, Lamp or World": "lock",
-    "Fitted Colour": "its colour",
+    "Fitted Colour": "value or colour",
     "Minimum": "*Min*",
     "Maximum": "*Max*",
     "Use": "tick of a row",

@@ -12,6 +12,7 @@ from command_line import command
 
 from selenite import native
 from selenite.cli import main
+from selenite.fit_run.answer.table import TITLES
 
 pytestmark = pytest.mark.blender
 
@@ -99,35 +100,82 @@ def fit(capsys, scene, tmp_path, brightness, *more):
     return report, said
 
 
+def rows_of(said):
+    """The table in the terminal: name -> its other cells."""
+    lines = said.splitlines()
+    (at,) = [index for index, line in enumerate(lines) if line.startswith("parameter ")]
+    assert re.split(r"  +", lines[at]) == list(TITLES)
+    found = {}
+    for line in lines[at + 1 :]:
+        name, *cells = re.split(r"  +", line)
+        if not cells:
+            break
+        found[name] = cells
+    return found, lines[at + 1 + len(found) :]
+
+
 @pytest.mark.parametrize(("kind", "count"), [("scalar", 1), ("rgb", 3)])
 def test_the_gains_that_were_found_are_said(scene, tmp_path, capsys, kind, count):
     more = ("--fit=Body:roughness", f"--gain={kind}", "--align")
     report, said = fit(capsys, scene, tmp_path, 1.5, *more)
-    (line,) = [line for line in said.splitlines() if line.startswith("Photo Camera: gain")]
-    found = re.fullmatch(
-        r"Photo Camera: gain (.*) \(90 %: (.*)\), shift (\S+), (\S+) pixels, roll (\S+) degrees",
-        line,
-    )
+    rows, _ = rows_of(said)
     row = report["captures"]["Camera"]
-    gains = [float(x) for x in found[1].split(", ")]
-    assert gains == pytest.approx(list(row["gain"])[:count], abs=1e-4)
-    ends = [[float(x) for x in part.split(" to ")] for part in found[2].split("; ")]
-    assert len(ends) == count
-    assert ends[0] == pytest.approx(list(row["gain_interval_90"][0]), rel=1e-3)
-    assert [float(found[i]) for i in (3, 4, 5)] == pytest.approx(row["shift"], abs=0.01)
+    gains = [cells for name, cells in rows.items() if name.startswith("Photo Camera: gain")]
+    assert len(gains) == count
+    for at, (start, fitted, interval) in enumerate(gains):
+        assert start == "1" and float(fitted) == pytest.approx(row["gain"][at], rel=0.01)
+        ends = [float(x) for x in interval.split(" to ")]
+        assert ends == pytest.approx(list(row["gain_interval_90"][at]), rel=0.01)
+    (shift,) = (cells for name, cells in rows.items() if name.endswith("shift [pixels]"))
+    assert [float(x) for x in shift[1].split(", ")] == pytest.approx(row["shift"][:2], abs=0.01)
+
+
+def test_a_fit_ends_with_one_table_and_three_sentences_at_most(scene, tmp_path, capsys):
+    """Model, stages, losses and the multi-start are in log.txt."""
+    report, said = fit(capsys, scene, tmp_path, 1.0, "--fit=Body:base_color,roughness")
+    rows, rest = rows_of(said)
+    names = [f"Body:base_color {name}" for name in ("red", "green", "blue")]
+    assert list(rows) == [*names, "Body:roughness"]
+    found = report["parameters"]["Body:roughness"]
+    start, fitted, *more = rows["Body:roughness"]
+    assert float(start) == found["initial"] == 0.5
+    assert float(fitted) == pytest.approx(found["value"], rel=0.01)
+    if found["interval_90"]:
+        ends = [float(x) for x in more[0].split(" to ")]
+        assert ends == pytest.approx(found["interval_90"], rel=0.05)
+        assert more[1] in ("determined", "weak")
+    else:
+        assert more == ["not determined"]
+    assert rest[-1].endswith(f"results in {report['folder']}") and 1 <= len(rest[:-1]) <= 3
+    log = (Path(report["folder"]) / "log.txt").read_text(encoding="utf-8")
+    for words in ("Model: surface", "Multi-start: "):
+        assert words in log and words.lower() not in said.lower()
 
 
 def test_gains_beside_an_unknown_light_are_said_at_its_level(scene, tmp_path, capsys):
     more = ("--fit=World:environment", "--environment-size=8", "--gain=scalar", "--iterations=4")
     _, said = fit(capsys, scene, tmp_path, 1.5, "--fit=Body:roughness", *more)
-    (line,) = [line for line in said.splitlines() if line.startswith("Photo Camera: gain")]
-    assert "(90 %, at this level of World:environment: " in line
+    rows, rest = rows_of(said)
+    assert "Photo Camera: gain" in rows
+    assert "The gains hold at this level of World:environment" in " ".join(rest)
+
+
+def test_several_materials_without_a_choice_give_a_command_to_copy(scene, capsys):
+    made.sphere("Aside", made.material("Aside", roughness=0.2)).location.x = 3.0
+    bpy.context.view_layer.objects.active = bpy.data.objects["Body"]
+    path = made.save(Path(scene).with_name("two.blend"))
+    assert main(["fit", path, "--photo=Camera=a photo.png"]) == 2
+    said = capsys.readouterr().err
+    (line,) = [text for text in said.splitlines() if "which material to fit" in text]
+    assert line.lower().count("fit: ") == 1
+    command = f"selenite fit {path} --fit Body:base_color,roughness,transmission,ior"
+    assert f"{command} --photo 'Camera=a photo.png'" in line
 
 
 def test_of_photos_without_a_gain_nothing_is_said(scene, tmp_path, capsys):
     """The result folder has their keys all the same, for those who read it."""
     report, said = fit(capsys, scene, tmp_path, 1.0, "--fit=Body:base_color", "--iterations=2")
-    assert "Body:base_color:" in said
+    assert "Body:base_color red" in said
     assert not [line for line in said.splitlines() if line.startswith("Photo Camera: ")]
     row = report["captures"]["Camera"]
     assert row["gain"] == [1, 1, 1] and row["gain_interval_90"] is None

@@ -20,7 +20,6 @@ UNKNOWABLE = re.compile(
     "|".join(
         (
             'has no attribute "selenite"',  # the add-on's own property group on Scene
-            'Module "selenite" has no attribute "_(core|image)"',  # built, without a source
             r'"\*\*dict',  # keyword arguments out of a dictionary
             # attributes of the subclass that a base class stands for (a Light is a PointLight)
             '"(ActionStrip|ID|Light|Modifier|Node|NodeSocket|PropertyGroup)" has no attribute',

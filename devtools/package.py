@@ -145,10 +145,9 @@ def _pure_python_wheels(python: Path) -> list[Path]:
 
 
 def _sources(target: Path) -> None:
-    """The add-on's own files and the demo's: no native module, no cache."""
-    shutil.copytree(
-        PACKAGE, target, ignore=shutil.ignore_patterns("*.so", "*.partial", "lib", "__pycache__")
-    )
+    """The add-on's own files and the demo's: no native module, no stub of one, no cache."""
+    left_out = shutil.ignore_patterns("*.so", "*.pyi", "*.partial", "lib", "__pycache__")
+    shutil.copytree(PACKAGE, target, ignore=left_out)
     for name in package_checks.DEMO:
         (target / "demo_scene" / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(ROOT / "scenes" / name, target / "demo_scene" / name)

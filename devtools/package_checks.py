@@ -25,6 +25,7 @@ SYSTEM_LIBRARIES = {
     "ld-linux-x86-64.so.2",
 }
 DEMO = ("example_scene.py", "jade_pendant.py", "jade_pendant/Front.png", "jade_pendant/Side.png",
+        "jade_pendant/blender_3/Front.png", "jade_pendant/blender_3/Side.png",
         "jade_pendant/truth.json")  # fmt: skip
 IN_WHEEL = ("__init__.py", "cli.py", "interface/__init__.py", *(f"demo_scene/{x}" for x in DEMO))
 

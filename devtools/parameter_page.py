@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from selenite._core import ParameterRow
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "guide" / "parameters.md"
@@ -36,7 +39,7 @@ STEPS = {
 }
 
 
-def page(table: list[dict[str, Any]]) -> str:
+def page(table: list[ParameterRow]) -> str:
     """Markdown of the whole table, one section per kind of owner."""
     lines = [
         "# Parameters",

@@ -5,6 +5,8 @@ Made from Blender primitives only (CC0). Run it inside bpy:
 
     python scenes/jade_pendant.py --save start.blend            the scene with the start values
     python scenes/jade_pendant.py --photos scenes/jade_pendant  the reference photos (minutes)
+    blender -b --factory-startup --python scenes/jade_pendant.py -- --photos \
+        scenes/jade_pendant/blender_3                           those of Blender 3, by Blender 3.4
 """
 
 import math
@@ -17,7 +19,11 @@ import mathutils
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from example_scene import Example, principled, set_comparison  # noqa: E402
 
+#: The photos that Cycles of this Blender would take: the Principled BSDF of Blender 3 has other
+#: layers, so one material has another look there.
 PHOTOS = Path(__file__).resolve().parent / "jade_pendant"
+if bpy.app.version < (4, 0, 0):
+    PHOTOS /= "blender_3"
 MATERIAL = "Jade"
 RESOLUTION = (768, 512)
 #: What the photos show.

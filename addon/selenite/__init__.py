@@ -33,7 +33,7 @@ NUMPY_MISSING = (
     "sudo apt install python3-numpy",
     "Then restart Blender.",
 )
-_notice: Any = None
+_notice: type | None = None
 
 
 def register() -> None:
@@ -73,7 +73,7 @@ def _register_notice() -> None:
         bl_region_type = "UI"
         bl_category = "Selenite"
 
-        def draw(self, _context: Any) -> None:
+        def draw(self, _context: object) -> None:
             layout: Any = self.layout
             for line in NUMPY_MISSING:
                 layout.label(text=line)

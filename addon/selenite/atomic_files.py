@@ -7,7 +7,6 @@ import os
 import secrets
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from .json_text import json_text
 
@@ -31,6 +30,6 @@ def write_bytes(path: Path, data: bytes) -> None:
         partial.unlink(missing_ok=True)
 
 
-def write_json(path: Path, data: Mapping[str, Any]) -> None:
+def write_json(path: Path, data: Mapping[str, object]) -> None:
     """The same for one JSON object; see `json_text`. Raises OSError."""
     write_bytes(path, (json_text(data, indent=1) + "\n").encode())

@@ -14,7 +14,7 @@ import json
 import sys
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from . import native
 from .commands.arguments import output_folder, stop_if
 from .commands.terminal import say, table
 from .problems import BadInput, Problem
+
+if TYPE_CHECKING:
+    from .json_text import JsonObject
 
 NAME = "jade_pendant"
 #: Largest permitted error of each parameter: what the demo promises.
@@ -37,7 +40,7 @@ def scenes() -> Path:
     return installed if installed.is_dir() else here.parents[2] / "scenes"
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> JsonObject:
     """Fits the demo scene, writes everything to --out, returns the report."""
     from .commands import fit
 
@@ -49,8 +52,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     start_file, fitted_file = out / "start.blend", out / "fitted.blend"
     say("building the scene with its dark opaque start")
     scene.EXAMPLE.save_start(start_file)
-    folder = scenes() / NAME
-    photos = [f"--photo={c}={folder / c}.png" for c in truth["cameras"]]
+    photos = [f"--photo={c}={scene.PHOTOS / c}.png" for c in truth["cameras"]]
     command = ["fit", str(start_file), *photos]
     command += [f"--fit={truth['material']}:{','.join(truth['parameters'])}"]
     command += [f"--out={out}", f"--save={fitted_file}", "--check-in-cycles"]
@@ -86,7 +88,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def _scene() -> tuple[ModuleType, dict[str, Any]]:
+def _scene() -> tuple[ModuleType, JsonObject]:
     folder = scenes()
     truth = folder / NAME / "truth.json"
     if not truth.is_file():
@@ -97,7 +99,7 @@ def _scene() -> tuple[ModuleType, dict[str, Any]]:
     return importlib.import_module(NAME), json.loads(truth.read_text(encoding="utf-8"))
 
 
-def _rows(report: dict[str, Any], truth: dict[str, Any]) -> list[dict[str, Any]]:
+def _rows(report: JsonObject, truth: JsonObject) -> list[JsonObject]:
     """One row per number: start, fitted, true, error and whether it keeps its limit."""
     rows = []
     for parameter, true in truth["parameters"].items():

@@ -14,18 +14,20 @@ from typing import Any
 from .paths import why_not_file
 
 _SURROGATE = re.compile("[\ud800-\udfff]")
+#: What a report or a file holds, for code that knows its keys; for other code it is an object.
+JsonObject = dict[str, Any]
 #: Bytes of a file that a person may have written.
 LARGEST = 64 << 20
 
 
-def json_text(data: Mapping[str, Any], indent: int | None = None) -> str:
+def json_text(data: Mapping[str, object], indent: int | None = None) -> str:
     """One object. A number that is not finite becomes null, as JSON has none; a byte of a file's
     name that is not UTF-8 becomes an escape, which Python reads back."""
     text = json.dumps(_finite(data), indent=indent, ensure_ascii=False, allow_nan=False)
     return _SURROGATE.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
-def read_json(path: Path, largest: int = LARGEST) -> Any:  # noqa: ANN401 - whatever it holds
+def read_json(path: Path, largest: int = LARGEST) -> Any:  # whatever it holds
     """What a file holds. Raises ValueError, whose text says why it can't be read."""
     if why := why_not_file(path):
         raise ValueError(why)
@@ -45,7 +47,7 @@ def read_json(path: Path, largest: int = LARGEST) -> Any:  # noqa: ANN401 - what
         raise ValueError(f"it is not text in UTF-8: {error.reason}") from error
 
 
-def _finite(value: Any) -> Any:  # noqa: ANN401 - what JSON holds
+def _finite(value: object) -> object:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):

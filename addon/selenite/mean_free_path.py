@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from .parameters import Values
 
@@ -22,7 +21,7 @@ class MeanFreePath:
         numbers = parts[0] if len(set(parts)) == 1 else ", ".join(parts)
         return numbers if numbers == "endless" else f"{numbers} {self.unit}"
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """Keys value, a list with null where nothing is met, and unit."""
         return {"value": list(self.value), "unit": self.unit}
 

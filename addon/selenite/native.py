@@ -9,21 +9,80 @@ from __future__ import annotations
 
 import importlib
 from functools import cache
-from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 from . import __version__
+
+if TYPE_CHECKING:
+    from . import _core, _image
+
+    class Core:
+        """The module `_core` as a type: Python has none for a single module."""
+
+        __version__: str
+        few_unknowns: int
+        Cancelled = _core.Cancelled
+        ProgressToken = _core.ProgressToken
+        Film = _core.Film
+        Scene = _core.Scene
+        SceneBuilder = _core.SceneBuilder
+        Photo = _core.Photo
+        Unknown = _core.Unknown
+        PhotoJacobian = _core.PhotoJacobian
+        FisherInformation = _core.FisherInformation
+        Evaluator = _core.Evaluator
+        StopReason = _core.StopReason
+        Stage = _core.Stage
+        Fit = _core.Fit
+        prepare = staticmethod(_core.prepare)
+        parameters = staticmethod(_core.parameters)
+        closures = staticmethod(_core.closures)
+        losses = staticmethod(_core.losses)
+        optimisers = staticmethod(_core.optimisers)
+        setting_ranges = staticmethod(_core.setting_ranges)
+        refinement_spp = staticmethod(_core.refinement_spp)
+        schedule = staticmethod(_core.schedule)
+        render = staticmethod(_core.render)
+        decide_aims = staticmethod(_core.decide_aims)
+        aimed_lamps = staticmethod(_core.aimed_lamps)
+        with_aimed_lamps = staticmethod(_core.with_aimed_lamps)
+        lanes_obstacle = staticmethod(_core.lanes_obstacle)
+        first_hits = staticmethod(_core.first_hits)
+        reparametrization = staticmethod(_core.reparametrization)
+        fisher_information = staticmethod(_core.fisher_information)
+        weakest_direction = staticmethod(_core.weakest_direction)
+        expected_errors = staticmethod(_core.expected_errors)
+        determined = staticmethod(_core.determined)
+        information_gain = staticmethod(_core.information_gain)
+        probe_columns = staticmethod(_core.probe_columns)
+        probe = staticmethod(_core.probe)
+        probe_slopes = staticmethod(_core.probe_slopes)
+
+    class Image:
+        """The module `_image` as a type."""
+
+        __version__: str
+        largest_picture: int
+        probe = staticmethod(_image.probe)
+        read = staticmethod(_image.read)
+        read_at_size = staticmethod(_image.read_at_size)
+        resize = staticmethod(_image.resize)
+        write_exr = staticmethod(_image.write_exr)
+        write_png = staticmethod(_image.write_png)
+        srgb_encode = staticmethod(_image.srgb_encode)
+        srgb_decode = staticmethod(_image.srgb_decode)
 
 
 class NativeUnavailable(RuntimeError):
     """The native module is missing, does not load, or belongs to another version."""
 
 
-def core() -> ModuleType:
+def core() -> Core:
     """Scene, renderer and fit (`_core`). Raises NativeUnavailable."""
     return _load("_core")
 
 
-def image() -> ModuleType:
+def image() -> Image:
     """Reading and writing of pictures (`_image`). Raises NativeUnavailable."""
     return _load("_image")
 
@@ -39,7 +98,7 @@ def why_unavailable() -> str:
 
 
 @cache
-def _load(name: str) -> ModuleType:
+def _load(name: str) -> Any:  # a Core or an Image
     try:
         module = importlib.import_module(f".{name}", __package__)
     except ImportError as error:

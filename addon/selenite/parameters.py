@@ -7,9 +7,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import native
+
+if TYPE_CHECKING:
+    from ._core import ParameterRow
 
 Values = tuple[float, ...]
 
@@ -43,7 +46,7 @@ class Parameter:
         """In words, as in "Coat IOR"."""
         return " ".join("IOR" if word == "ior" else word.title() for word in self.name.split("_"))
 
-    def find(self, node: Any) -> Any | None:  # noqa: ANN401 - a bpy node, and bpy is not imported here
+    def find(self, node: Any) -> Any | None:  # a bpy node, and bpy is not imported here
         """The input of `node` that holds this parameter under any of its names, or None."""
         for name in self.sockets:
             if name in node.inputs:
@@ -74,9 +77,10 @@ def table() -> dict[tuple[str, str], Parameter]:
     return {(row.owner, row.name): row for row in found}
 
 
-def row_of(row: dict[str, Any]) -> Parameter:
+def row_of(row: ParameterRow) -> Parameter:
     """A row as the native module gives it."""
-    fields = {key: row[key] for key in Parameter.__dataclass_fields__}
+    known = Parameter.__dataclass_fields__
+    fields: dict[str, object] = {key: value for key, value in row.items() if key in known}
     fields["sockets"] = tuple(row["sockets"])
     fields["versions"] = tuple(row["versions"])
     return Parameter(**fields)

@@ -5,17 +5,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from difflib import get_close_matches
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that stops the work: which object, why, and what the user can do about it."""
+    """One thing that stops the work: which object, why, and what the user can do about it. kind: by
+    which the panel knows a button for the cure; "" where it has none."""
 
     object: str
     cause: str
     cure: str
+    kind: str = ""
 
     def line(self) -> str:
         """The problem as one line of text."""
@@ -23,7 +25,7 @@ class Problem:
 
     def as_json(self) -> dict[str, str]:
         """Keys object, cause, cure."""
-        return asdict(self)
+        return {"object": self.object, "cause": self.cause, "cure": self.cure}
 
 
 class BadInput(Exception):

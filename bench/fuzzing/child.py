@@ -81,7 +81,7 @@ def read_checkpoint(case: Path) -> bool:
     from selenite.problems import BadInput
 
     try:
-        checkpoint.going_on(checkpoint.load(case))
+        checkpoint.load(case)
     except BadInput:
         return False
     return True

@@ -12,11 +12,10 @@ import numpy as np
 
 from selenite import native, parameters
 from selenite.fit_run.captures.prepared import Capture
-from selenite.fit_run.job import fitted_values
+from selenite.fit_run.job import FitJob, fitted_values
 from selenite.fit_run.plan import FitPlan, build_scene
 from selenite.fit_run.request import RunRequest
 from selenite.fit_run.settings import FitSettings
-from selenite.fit_run.staging.job import make_job
 from selenite.fit_run.unknowns import Unknown
 from selenite.trade import choices
 
@@ -83,7 +82,7 @@ def subject(name: str) -> Subject:
 
 def fit(plan: FitPlan, truth: FitPlan) -> tuple[dict[str, Any], dict[str, float]]:
     """(result of the whole fit, error of each unknown); truth: a plan at the true values."""
-    job = make_job(plan)
+    job = FitJob(plan)
     job.start()
     job.join()
     result = job.result()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The first fit of a new user in a real window, from an open scene whose cameras are named like the
-photos: every click is counted, ticks of the interface are, and the time that Cancel takes. With
-SELENITE_GUIDE in the environment the fit is long enough for the pictures of docs/guide."""
+"""The first fit of a new user in a real window, from the sample scene to its applied values: every
+click is counted, ticks of the interface are, and the time that Cancel takes. With SELENITE_GUIDE in
+the environment the fit is long enough for the pictures of docs/guide."""
 
 import os
 import time
@@ -20,7 +20,8 @@ from _driving import (
 )
 
 from selenite.interface import panels, state
-from selenite.interface.furniture.links import made_sample
+from selenite.interface.pictures.thumbnails import THUMBNAILS
+from selenite.interface.pictures.view import VIEW
 
 CLICKS: list[str] = []
 MOST_CLICKS = 6
@@ -33,9 +34,11 @@ def click(what):
     CLICKS.append(what)
 
 
-def prepare():
-    """The sample scene: the demo's pendant with its dark start, beside a folder of photos."""
-    bpy.ops.wm.open_mainfile(filepath=str(made_sample()))
+def has_sidebar():
+    """The 3D View shows it."""
+    screen = bpy.context.window_manager.windows[0].screen
+    views = [area for area in screen.areas if area.type == "VIEW_3D"]
+    return all(area.spaces.active.show_region_ui for area in views)
 
 
 def browser():
@@ -77,12 +80,16 @@ def show_window():
 
 def steps():
     """See `_driving.run`."""
-    prepare()
-    yield 1.0
     show_window()
     yield 1.0
-    click("the tab Selenite")
     click_tab()
+    yield 1.0
+    click("Open Sample Scene")
+    in_window(bpy.ops.selenite.open_sample, "EXEC_DEFAULT")
+    yield lambda: state.SAMPLE.step is not None
+    picture("0_opening")
+    yield lambda: "Pendant" in bpy.data.objects and state.is_idle()
+    assert has_sidebar()
     yield 1.0
     picture("1_open")
     click("Load Photos")
@@ -93,13 +100,12 @@ def steps():
     assert browser()[1].spaces.active.params.display_type == "THUMBNAIL"
     assert browser()[1].spaces.active.params.filename == ""
     whole_screen("2_photos")
-    click("A: all photos")
-    in_browser(bpy.ops.file.select_all, action="SELECT")
-    yield 0.3
     click("the button of the browser")
     in_browser(bpy.ops.file.execute)
     settings = bpy.context.scene.selenite
     yield lambda: len(settings.captures) == 2 and len(settings.rows) > 0 and state.is_idle()
+    yield lambda: state.PAIRING.job is None
+    assert not state.PROBLEMS, state.PROBLEMS
     yield 1.0
     ticked = {row.parameter for row in settings.rows if row.enabled}
     assert ticked == {"base_color", "roughness", "transmission", "ior"}, ticked
@@ -112,6 +118,9 @@ def steps():
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
     bpy.app.timers.register(count_ticks)
     yield running
+    yield lambda: len(VIEW.areas) == 2 or not state.RUN.is_active
+    assert len(VIEW.areas) == 2, "the pictures open with the fit"
+    yield 2.0
     picture("4_running")
     fractions = []
     while state.RUN.is_active:
@@ -119,8 +128,13 @@ def steps():
         yield 0.2
     bpy.app.timers.unregister(count_ticks)
     assert fractions == sorted(fractions), "progress never runs backwards"
+    yield lambda: THUMBNAILS.key is not None
     yield 1.5
     picture("5_result")
+    click("Apply")
+    in_window(bpy.ops.selenite.apply)
+    yield 1.0
+    picture("5_applied")
     assert len(bpy.context.scene.selenite.results) == 4, state.RUN.message
     print(f"CLICKS {len(CLICKS)}: {', '.join(CLICKS)}")
     print(f"TICKS LOST {100 * lost():.2f} % of {len(TICKS)}")

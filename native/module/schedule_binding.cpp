@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <pybind11/stl.h>
 
-#include "fit/run/schedule.h"
+#include "fit/run/fit.h"
 #include "module/bindings.h"
 #include "module/fit_arguments.h"
 
@@ -24,7 +24,7 @@ py::list schedule_list(const Scene& scene,
   const auto planned = [&] {
     const py::gil_scoped_release release;
     FitProblem problem(scene, std::move(sizes), unknowns, with);
-    return schedule(problem, Strategy(problem));
+    return Fit::plan(problem, Strategy(problem));
   }();
   py::list plan;
   for (const PlannedRenders& one : planned)

@@ -81,6 +81,27 @@ TEST(ClusteredScores, ErrorsThatAPhotoSharesCountByPhotos) {
   EXPECT_NEAR(found * std::sqrt(squares) / count, by_photos, 0.03 * by_photos);
 }
 
+// Four photos want 0, 1, -1 and 2, and the first counts six times as much as each of the others: their
+// mean is 2 / 9. Without a photo it is 0.667, 0.125, 0.375, 0, as the means of the others are.
+TEST(ClusteredScores, APhotoThatRulesIsJudgedByTheOthers) {
+  const std::vector<double> wants{0, 1, -1, 2}, counts{6, 1, 1, 1};
+  const std::vector<double> without{2. / 3, 1. / 8, 3. / 8, 0};
+  ClusteredScores scores(1, {});
+  const double answer = 2. / 9;
+  for (std::size_t p = 0; p < wants.size(); ++p) {
+    scores.begin_photo(photo_of_size("Front", 1, 1));
+    scores.add(0, Vector::Constant(1, counts[p] * (answer - wants[p])),
+               Eigen::MatrixXd::Constant(1, 1, counts[p]));
+  }
+  double mean = 0, squares = 0;
+  for (const double one : without) mean += one / 4;
+  for (const double one : without) squares += (one - mean) * (one - mean);
+  const double error = 0.01;
+  const double found = scores.widening({0}, Eigen::MatrixXd::Constant(1, 1, 1. / 9),
+                                       Vector::Zero(1), Vector::Constant(1, error * error))[0];
+  EXPECT_NEAR(found * error, std::sqrt(squares * 3 / 4) * 2.3534 / 1.6449, 1e-3);
+}
+
 // Tables of the two distributions.
 TEST(ClusteredScores, QuantilesAreThoseOfTheTables) {
   EXPECT_NEAR(student_quantile_95(2), 2.9200, 1e-4);

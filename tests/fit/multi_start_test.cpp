@@ -155,23 +155,49 @@ TEST(Search, IsRepeatable) {
   EXPECT_EQ(run(settings_with("on"), 0.8).last, run(settings_with("on"), 0.8).last);
 }
 
-TEST(Search, ThatIsCancelledLeavesTheStart) {
+/// The fit whose search is cancelled in that render.
+FitResult cancelled(int render, double start) {
   FitSettings settings = settings_with("on");
   int renders = 0;
   settings.renderer = [&](const Scene& scene, const Camera& camera, const SlotLayout& layout,
                           const RenderSettings& render_settings, Progress* progress) {
-    if (++renders == 80) throw Cancelled("cancelled");  // while the best are refined
+    if (++renders == render) throw Cancelled("cancelled");
     return TwoBasins()(scene, camera, layout, render_settings, progress);
   };
-  Fit fit(synthetic_scene(), {grey_capture()}, roughness_from(0.8), settings);
-  EXPECT_TRUE(fit.step());
+  Fit fit(synthetic_scene(), {grey_capture()}, roughness_from(start), settings);
+  EXPECT_TRUE(render <= 2 || fit.step());
   EXPECT_EQ(fit.result().phase, PhaseKind::kMultiStart);
   while (fit.step()) {
   }
   EXPECT_EQ(fit.result().stopped, StopReason::kCancelled);
-  EXPECT_EQ(fit.result().last[0], 0.8);
-  EXPECT_EQ(fit.result().best[0], 0.8);
   EXPECT_TRUE(fit.result().history.empty());
+  EXPECT_EQ(fit.result().last, fit.result().best);
+  return fit.result();
+}
+
+// A point takes two renders, and 65 come first; the photo is 0.5.
+TEST(Search, ThatIsCancelledKeepsTheBestSoFar) {
+  const FitResult early = cancelled(80, 0.8);
+  EXPECT_EQ(early.search.points, 39);
+  const FitResult late = cancelled(180, 0.8);
+  EXPECT_EQ(late.search.points, 65);
+  for (const FitResult& found : {early, late}) {
+    EXPECT_TRUE(found.search.moved);
+    EXPECT_LT(found.search.loss, found.search.start_loss);
+    EXPECT_NEAR(found.best[0], 0.2, 0.05);
+  }
+}
+
+TEST(Search, ThatIsCancelledAtOnceLeavesTheStart) {
+  const FitResult found = cancelled(2, 0.8);
+  EXPECT_EQ(found.best[0], 0.8);
+  EXPECT_EQ(found.search.points, 0);
+}
+
+TEST(Search, ThatIsCancelledLeavesAGoodStart) {
+  const FitResult found = cancelled(80, 0.2);
+  EXPECT_EQ(found.best[0], 0.2);
+  EXPECT_FALSE(found.search.moved);
 }
 
 }  // namespace

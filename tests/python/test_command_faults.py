@@ -52,6 +52,16 @@ def test_wrong_words_are_problems_in_json_too(
     assert capsys.readouterr().out == ""
 
 
+def test_a_problem_that_is_named_like_its_command_has_one_prefix(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    found = [Problem("Fit", "there is no photo", "give one"), Problem("Camera 'A'", "lost", "go")]
+    report = {"problems": [item.as_json() for item in found]}
+    assert cli._report("fit", report, None) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert said == ["Fit: there is no photo; give one", "fit: Camera 'A': lost; go"]
+
+
 def commands() -> dict[str, argparse.ArgumentParser]:
     """The parser of each."""
     (action,) = [item for item in cli.build_parser()._actions if item.dest == "command"]
@@ -89,6 +99,7 @@ WITH_BLENDER = {
     "render": ["s.blend", "--out=o.exr"],
     "gradient": ["s.blend", "--parameter=Body:ior"],
     "fit": ["s.blend", "--fit=Body:ior"],
+    "compare": ["."],
     "next-camera": ["s.blend", "--fit=Body:ior"],
     "trade": ["s.blend", "--fit=Body:ior", "--out=t"],
     "rotate-world": ["s.blend"],
@@ -109,6 +120,9 @@ def test_without_blender_one_line_says_how_to_run(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     (tmp_path / "s.blend").touch()
+    (tmp_path / "run.json").write_text(
+        '{"schema": 1, "scene": "s.blend", "unknowns": [], "captures": []}'
+    )
     (tmp_path / "f.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, "bpy", None)

@@ -3,52 +3,19 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
+import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from selenite.fit_run.answer import findings as module
-from selenite.fit_run.answer.findings import OPEN, SURE, UNKNOWN, WEAK, findings
-from selenite.parameters import table
+sys.path.insert(0, str(Path(__file__).parent))
 
-EXPLAINED = {"value": 0.0001, "standard_error": 0.0001, "explained": True}
+from made_results import plan_of, result_of  # noqa: E402
 
-
-def plan_of(*names: str) -> Any:
-    """Of parameters of the material Jade, between 0 and 1."""
-    unknowns = [
-        SimpleNamespace(
-            owner="Jade", parameter=table()["material", name], name=f"Jade:{name}",
-            start=(0.5,) * table()["material", name].width, minimum=0.0, maximum=1.0,
-            by_ratio=False,
-        )
-        for name in names
-    ]  # fmt: skip
-    photo = SimpleNamespace(id="Front", isolated=0.0)
-    return SimpleNamespace(unknowns=unknowns, fields=[], captures=[photo])
-
-
-def result_of(
-    misfit: dict[str, Any] | None = None, **entries: tuple[float, float, float] | None
-) -> dict[str, Any]:
-    """name -> (low, value, high), or None for a value that is not determined."""
-    report = {}
-    values = {}
-    for name, numbers in entries.items():
-        low, value, high = numbers or (0.0, 0.5, 1.0)
-        values[f"Jade:{name}"] = [value]
-        report[f"Jade:{name}"] = {
-            "standard_error": [0.01], "interval_90": [[low, high]],
-            "determined": [numbers is not None], "at_bound": [None], "correlated_with": [None],
-        }  # fmt: skip
-    return {
-        "values_best": values,
-        "report": {
-            "parameters": report, "passes": 3, "alternative_minima": [], "ambiguous": [],
-            "misfit": misfit or EXPLAINED,
-        },
-    }  # fmt: skip
+from selenite import native  # noqa: E402
+from selenite.fit_run.answer import findings as module  # noqa: E402
+from selenite.fit_run.answer.findings import OPEN, SURE, UNKNOWN, WEAK, findings  # noqa: E402
 
 
 def verdict(plan: Any, result: dict[str, Any]) -> tuple[str, str]:
@@ -85,13 +52,30 @@ def test_photos_that_have_not_converged_make_every_value_weak() -> None:
     assert icon == WEAK and "Isolated bright pixels" in text and "more samples" in text
 
 
-def test_photos_that_are_not_explained_make_every_value_weak() -> None:
+@pytest.mark.parametrize(
+    ("percent", "icon", "words", "sureness"),
+    [
+        (0.3, SURE, "Good match: 0.3 % of the photos' brightness is not explained", SURE),
+        (0.99, SURE, "Good match: 1.0 %", SURE),
+        (2.8, WEAK, "Close: 2.8 % of the photos' brightness is not explained", SURE),
+        (4.9, WEAK, "Close: 4.9 %", SURE),
+        (5.1, OPEN, "Wrong camera or light? 5 % of the photos' brightness", WEAK),
+        (40.0, OPEN, "Wrong camera or light? 40 % of the photos' brightness", WEAK),
+    ],
+)
+def test_the_verdict_is_by_the_size_of_the_misfit(
+    percent: float, icon: str, words: str, sureness: str
+) -> None:
     plan = plan_of("roughness")
-    misfit = {"value": 0.01, "standard_error": 0.0001, "explained": False}
+    value = (percent / 100) ** 2
+    misfit = {"value": value, "standard_error": value / 100, "explained": False}
     result = result_of(misfit, roughness=(0.28, 0.3, 0.32))
-    assert findings(plan, result)[0].sureness == WEAK
-    icon, text = verdict(plan, result)
-    assert icon == WEAK and text.startswith("10.0 % of the photos' brightness is not explained")
+    assert findings(plan, result)[0].sureness == sureness
+    found, text = verdict(plan, result)
+    assert found == icon and text.startswith(words)
+    assert ("light" in text) == (percent > 5)
+    assert module.in_short(plan, result).is_wrong == (percent > 5)
+    assert ("compare the pictures before" in text) == (percent > 5)
 
 
 def test_a_start_that_was_right_is_a_good_result() -> None:
@@ -108,13 +92,14 @@ def test_a_good_result_says_what_to_do() -> None:
     result = result_of(roughness=(0.28, 0.3, 0.32))
     assert verdict(plan, result) == (
         SURE,
-        "The photos are explained within noise: apply the values.",
+        "Good match: the photos are explained within noise. Apply the values.",
     )
 
 
 def test_without_a_report_nothing_is_said_to_be_sure() -> None:
     plan = plan_of("roughness")
-    result = {"values_best": {"Jade:roughness": [0.3]}}
+    ended = native.core().StopReason.CONVERGED
+    result = {"values_best": {"Jade:roughness": [0.3]}, "stopped": ended}
     found = findings(plan, result)[0]
     assert found.sureness == UNKNOWN and found.low == ()
     assert verdict(plan, result)[0] == UNKNOWN
@@ -128,6 +113,7 @@ def test_a_fit_that_had_not_converged_says_what_to_do_before_it_blames_the_scene
         "validation_standard_error": [1e-5] * 4,
     }  # fmt: skip
     result = result_of(misfit, roughness=(0.28, 0.3, 0.32)) | {"history": history}
-    assert "check lights" in verdict(plan, result | {"stopped_because": "converged"})[1]
-    icon, text = verdict(plan, result | {"stopped_because": "all iterations done"})
+    assert "Wrong camera" in verdict(plan, result)[1]
+    ended = {"stopped": native.core().StopReason.ITERATIONS}
+    icon, text = verdict(plan, result | ended)
     assert icon == WEAK and "fit again with more iterations" in text

@@ -69,14 +69,14 @@ def test_time_left_is_that_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> None
         state = replace(NEW, phase="refinement", phase_fraction=share / 100)
         shown = run.update(replace(state, seconds=490 + 2.94 * share))
     assert shown.left == pytest.approx(216, rel=0.05)
-    assert shown.text == "78 %, refinement, 0:04 h left"
+    assert shown.text == "78 %, refinement, 4 min left"
 
 
 @pytest.mark.parametrize(
     ("seconds", "text"),
     [
-        (None, ""), (math.nan, ""), (12.0, "less than 1 min left"), (61.0, "0:02 h left"),
-        (29679.0, "8:15 h left"),
+        (None, ""), (math.nan, ""), (12.0, "less than 1 min left"), (61.0, "2 min left"),
+        (3590.0, "1 h 0 min left"), (29679.0, "8 h 15 min left"),
     ],
 )  # fmt: skip
 def test_time_in_hours_and_minutes(seconds: float | None, text: str) -> None:

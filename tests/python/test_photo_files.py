@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import errno
 import struct
 import sys
 import zlib
@@ -19,6 +20,7 @@ pytest.importorskip("selenite._image", reason="the native module is not built")
 import OpenEXR  # noqa: E402
 
 from selenite import native  # noqa: E402
+from selenite.fit_run.captures import prepared  # noqa: E402
 from selenite.fit_run.captures.prepared import Capture, read_captures  # noqa: E402
 from selenite.problems import Problem  # noqa: E402
 from selenite.scene_read.capture_request import CaptureRequest  # noqa: E402
@@ -290,3 +292,23 @@ def test_a_size_that_memory_could_not_hold_is_refused_before_it_is_asked_for(
     _, problems, _ = read(path, size=(99999, 99999))
     assert "it says it has 99999 x 99999 pixels" in problems[0].cause
     assert "200 megapixels" in problems[0].cure
+
+
+def test_a_packed_photo_whose_copy_does_not_fit_on_the_disk_is_a_problem(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_name: str, _packed: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    picture = write_png(tmp_path / "a.png", np.full((HEIGHT, WIDTH, 3), 128, np.uint8))
+    packed = {"packed:a": picture.read_bytes()}
+    camera = SimpleNamespace(name="Camera", width=WIDTH, height=HEIGHT, aspect=WIDTH / HEIGHT)
+    scene = SimpleNamespace(cameras=[camera], unusable_cameras={})
+    request = CaptureRequest("Camera", "packed:a")
+    problems: list[Problem] = []
+    assert read_captures(scene, [request], HEIGHT, problems, [], packed) and not problems
+    monkeypatch.setattr(prepared, "as_file", full)
+    assert read_captures(scene, [request], HEIGHT, problems, [], packed) == []
+    (problem,) = problems
+    assert problem.object == "Photo 'packed:a'"
+    assert "No space left on device" in problem.cause

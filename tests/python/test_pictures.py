@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import string
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -221,6 +223,31 @@ def test_plots_show_the_loss_and_each_parameter_with_its_bounds_and_interval() -
     blue = np.argwhere(np.abs(page[:210, 400:] - plots._BLUE).sum(axis=-1) < 0.2)
     first, last = blue[blue[:, 1].argmin()], blue[blue[:, 1] < 380][-1]
     assert first[0] < last[0]
+
+
+@pytest.mark.parametrize("width", [200, 260, 400])
+@pytest.mark.parametrize("title", ["Base Color", "Subsurface Radius of a Wax Candle"])
+def test_labels_of_a_plot_do_not_overlap(
+    width: int, title: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    boxes = []
+    draw = Canvas.text
+
+    def text(self: Canvas, x: float, y: float, words: str, **options: Any) -> None:
+        size = options.get("size", 14)
+        wide = glyphs.width_of(glyphs.cut(words, size, options.get("width", np.inf)), size)
+        if y < 10 and words:
+            left = x - options.get("align", 0) * wide
+            boxes.append((left, left + wide, words))
+        draw(self, x, y, words, **options)
+
+    monkeypatch.setattr(Canvas, "text", text)
+    values = np.linspace(0.2, 0.8, 9).reshape(3, 3)
+    plot = plots.Plot(title, np.arange(3.0), plots._channels(values), bounds=(0.0, 1.0))
+    plots.page([plot], (width, 160))
+    boxes.sort()
+    assert len(boxes) >= 4 and boxes[0][2] == title
+    assert all(a[1] <= b[0] + 1 for a, b in itertools.pairwise(boxes)), boxes
 
 
 def test_plots_of_a_fit_that_has_barely_begun_draw() -> None:

@@ -247,6 +247,20 @@ def test_multi_start_says_whether_it_left_the_start() -> None:
     assert "kept the given one" in said(found)
 
 
+def test_a_fit_that_is_stopped_in_its_multi_start_says_whose_values_it_has() -> None:
+    search = {"points": 39, "moved": True, "start_loss": 1.0, "loss": 0.1, "standard_error": 0.01}
+    stopped = {"report": None, "stopped_because": "cancelled", "history": {"iteration": []}}
+    text = said(stopped | {"search": search})
+    assert "after 39 starting points: the values are the best of them, not refined" in text
+    text = said(stopped | {"search": search | {"moved": False}})
+    assert "the values are the start's: none is clearly better" in text
+    assert "the values are" not in said(stopped | {"search": {"points": 0}})
+    assert "Stopped before the first iteration" in said(stopped | {"search": {"points": 0}})
+    # One that was stopped later has steps, and nothing of this to say.
+    later = stopped | {"history": {"iteration": [0, 1]}, "search": search}
+    assert "Stopped" not in said(later) and "evaluated 39" in said(later)
+
+
 def test_nothing_is_said_without_a_refinement() -> None:
     empty: dict[str, Any] = {
         "report": {"parameters": {}, "passes": 0, "misfit": {}},

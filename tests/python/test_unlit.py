@@ -82,3 +82,20 @@ def test_it_is_said_at_the_end_of_an_opaque_fit(how: dict[str, bool], said: int)
     }
     notes = diagnose(history, [], views(glow=0.1), **how)
     assert sum("leaves dark" in note for note in notes) == said
+
+
+def test_no_silhouette_is_blamed_for_light_in_the_dark() -> None:
+    """Light from one side, through the body, moves the middle of what is bright."""
+    rows = FIRST_ITERATION + 1
+    history = {
+        "iteration": np.arange(rows),
+        "validation": 0.1 * 0.5 ** np.arange(rows),
+        "validation_standard_error": np.full(rows, 1e-5),
+        "values": {},
+    }
+    seen = views(glow=0.3, shift=2.0)
+    alone = diagnose(history, [], seen)
+    assert any("silhouette" in text for text in alone)
+    together = diagnose(history, [], seen, opaque=True)
+    assert any("light comes through" in text for text in together)
+    assert not any("silhouette" in text for text in together)

@@ -6,7 +6,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from .. import native
 from ..fit_run.answer.fitted_scene import RESULT
@@ -69,7 +68,7 @@ def _captures_of(path: Path) -> tuple[CaptureRequest, ...]:
     return read_run(path).captures if path.name == "run.json" else read_captures_file(path)
 
 
-def _result_of(path: Path) -> dict[str, Any] | None:
+def _result_of(path: Path) -> dict[str, object] | None:
     """What a fit beside its run.json has found. Raises ValueError."""
     result = path.with_name(RESULT)
     if path.name != "run.json" or not result.is_file():

@@ -7,7 +7,7 @@ import argparse
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from .. import mean_free_path
 from ..fit_run.captures import light_states
@@ -23,11 +23,14 @@ from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import say
 
+if TYPE_CHECKING:
+    from ..json_text import JsonObject
+
 #: Photos are read whole and kept small: what is wrong with them does not depend on the size.
 PHOTO_HEIGHT = 64
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> JsonObject:
     """Reads and builds the scene; exit status 2 if anything stands in the way. A render does
     without the photos that the scene names, so that those which are gone do not count."""
     from ..cycles_check import render_settings
@@ -118,8 +121,8 @@ def _model(values: SceneValues) -> str:
     return "surface: the scene has no medium"
 
 
-def _owner(owner: Owner, millimetres: float | None) -> dict[str, Any]:
-    rows: dict[str, dict[str, Any]] = {}
+def _owner(owner: Owner, millimetres: float | None) -> JsonObject:
+    rows: dict[str, JsonObject] = {}
     for parameter in owner.rows():
         value = owner.values.get(parameter.name)
         rows[parameter.name] = {
@@ -135,7 +138,7 @@ def _owner(owner: Owner, millimetres: float | None) -> dict[str, Any]:
     return {"kind": owner.kind, "datablock": owner.datablock, "parameters": rows}
 
 
-def _say(report: dict[str, Any], values: SceneValues) -> None:
+def _say(report: JsonObject, values: SceneValues) -> None:
     say(f"{report['objects']} objects, {report['triangles']} triangles; model {report['model']}")
     if report["paths"]:
         say(f"paths are traced {report['paths']}")

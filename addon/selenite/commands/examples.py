@@ -40,6 +40,9 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("again, from its record", "fit selenite-fits/2026-01-31_12-00-00/run.json"),
         ("on with a run that was interrupted", "fit --resume selenite-fits/DATE_TIME.unfinished"),
     ),
+    "compare": (
+        ("by photos that no fit has seen", "compare selenite-fits/DATE_TIME --captures more.json"),
+    ),
     "next-camera": (
         ("after a fit", "next-camera selenite-fits/2026-01-31_12-00-00"),
         ("with the camera in a copy", "next-camera scene.blend --save with_camera.blend"),

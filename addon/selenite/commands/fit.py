@@ -5,12 +5,15 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..fit_run.answer.results import new_folder, size_of
+from ..fit_run.captures.prepared import without_photo
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, load
 from ..fit_run.inputs import changes, inputs_of
 from ..fit_run.job import DESCENT, FitFailed, FitJob
@@ -20,7 +23,7 @@ from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
 from ..fit_run.staging.request import AUTO, USUAL, StageRequest, stages_by_name
 from ..fit_run.staging.request import PRESETS as STAGE_PRESETS
-from ..fit_run.unknowns import usual_requests
+from ..fit_run.unknowns import WHICH_MATERIAL, candidates_of, fittable_usual, usual_requests
 from ..information.conditioning import StageChoice
 from ..parameters import join_name
 from ..paths import absolute, why_not_folder
@@ -31,9 +34,17 @@ from . import arguments
 from .capture_arguments import captures_from
 from .environment_arguments import with_environment
 from .fit_results import deliver
+from .fitted.start_result import begin_at, checked, start_folder, starting_there
 from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import bar, say
+
+if TYPE_CHECKING:
+    from .._core import FitResult
+    from ..json_text import JsonObject
+    from ..scene_read.hosts import BpyStruct
+
+    Planned = tuple[BpyStruct, SceneValues, FitPlan, Unfinished]  # bpy scene, its values
 
 #: Where the result folder goes without --out; a resumed run stays where it was.
 DEFAULT_OUT = "selenite-fits"
@@ -41,7 +52,7 @@ DEFAULT_OUT = "selenite-fits"
 _SETTINGS = tuple(field.name for field in fields(FitSettings))
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> JsonObject:
     """Fits, writes the result folder and, with --save, the scene. SCENE may be a run.json."""
     problems: list[Problem] = []
     resumes, out = args.resume is not None, args.out
@@ -65,9 +76,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             say(f"warning: {grids[0]}: the check in Cycles is left out: {missing}")
     for text in grouped(plan.warnings):
         say(f"warning: {text}")
-    say(f"model {plan.model}")
-    if plan.request.staging:
-        say(f"stages: {plan.request.staging}")
+    if unused := without_photo(values, plan.request.captures):
+        say(unused)
     if why := why_not_folder(out, size_of(plan)):
         raise BadInput(Problem(f"Folder '{out}'", why, arguments.OTHER_FOLDER))
     unfinished = unfinished or new_folder(out, SUFFIX)
@@ -79,9 +89,6 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     return deliver(args, scene, values, plan, result, out, save, recorder, checks)
 
 
-Planned = tuple[Any, SceneValues, FitPlan, Unfinished]  # bpy scene, its values
-
-
 def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     """What the arguments ask for."""
     if args.scene is None:
@@ -90,15 +97,24 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     base = (
         read_run(absolute(args.scene)) if args.scene.endswith(".json") else RunRequest(args.scene)
     )
+    begins_at, args.start = start_folder(args.start, problems)
+    begins_at = begins_at or base.begins_at
+    arguments.stop_if(problems)
     scene, values = open_scene(base.scene, base.reading | reading_of(args))
 
     from ..scene_read.photos import captures_of, packed_photos
 
+    stored = base.captures or tuple(captures_of(scene))
+    if begins_at:
+        begin = checked(begins_at)
+        values = begin_at(scene, values, begin)
+        stored = stored or read_run(begin / "run.json").captures
     settings = _settings(args, base, problems)
     stages = arguments.stages(args.stages, problems)
     unknowns = unknowns_of(args, base, values, stages, problems)
+    unknowns = starting_there(unknowns, Path(begins_at)) if begins_at else unknowns
     names = [join_name(item.owner, item.parameter) for item in unknowns]
-    captures = captures_from(args, base.captures or captures_of(scene), values, problems)
+    captures = captures_from(args, stored, values, problems)
     wanted = args.stages or USUAL
     if not stages and names and wanted in STAGE_PRESETS:
         stages = stages_by_name(wanted, names, settings.iterations, problems, captures)
@@ -109,6 +125,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         settings=settings,
         stages=stages,
         reading=options_of(scene),
+        begins_at=begins_at,
     )
     if args.stages is None and args.scene.endswith(".json"):
         request = replace(request, stages=base.stages, staging=base.staging)
@@ -117,7 +134,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         plan = prepare(values, request, packed)
     except BadInput as error:
         problems += error.problems
-    arguments.stop_if(problems)
+    arguments.stop_if([_with_command(item, args, scene, values) for item in problems])
     if args.stages == AUTO:
         plan = _choose_stages(plan, lambda chosen: prepare(values, chosen, packed))
     inputs = inputs_of(values, plan.request, packed)
@@ -151,6 +168,8 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         settings=with_overrides(run.request.settings, {"threads": args.threads}),
     )
     scene, values = open_scene(request.scene, request.reading | reading_of(args))
+    if request.begins_at:
+        values = begin_at(scene, values, checked(request.begins_at))
 
     from ..scene_read.photos import packed_photos
 
@@ -166,7 +185,7 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     return scene, values, plan, replace(run, inputs=run.inputs or now)
 
 
-def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> dict[str, Any]:
+def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FitResult:
     """Runs to the end; Ctrl+C stops and keeps the best values so far. Of a fit that fails before
     its first iteration no folder stays; then raises BadInput, else FitFailed."""
     job.start()
@@ -270,6 +289,29 @@ def unknowns_of(
         if _known(key, found, problems):
             found[key] = replace(found[key], unseen=word)
     return tuple(with_environment(args, values, found, problems).values())
+
+
+def _with_command(
+    problem: Problem,
+    args: argparse.Namespace,
+    scene: BpyStruct,
+    values: SceneValues,
+) -> Problem:
+    """Where the material is not named: a command that names that of the active object, to be
+    copied."""
+    if problem.kind != WHICH_MATERIAL:
+        return problem
+    candidates = candidates_of(values)
+    if not candidates:
+        return problem
+    active = scene.view_layers[0].objects.active
+    slots = [slot.material for slot in active.material_slots] if active is not None else []
+    own = [slot.name for slot in slots if slot is not None]
+    owner = next((item for item in candidates if item.datablock in own), candidates[0])
+    wanted = join_name(owner.name, ",".join(fittable_usual(owner)))
+    words = ["selenite", "fit", args.scene, "--fit", wanted]
+    words += [word for photo in args.photo or () for word in ("--photo", photo)]
+    return replace(problem, cure=f"name one, as in: {shlex.join(words)}")
 
 
 def _known(

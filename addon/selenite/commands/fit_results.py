@@ -14,11 +14,12 @@ from .. import native
 from ..fit_run.answer.light_pairing import with_warnings
 from ..fit_run.answer.results import (
     finished,
+    of_photos,
     result_json,
     seconds_of_pictures,
-    summary,
     write_results,
 )
+from ..fit_run.answer.table import TITLES, lines, sentences
 from ..fit_run.captures.render import as_found
 from ..fit_run.checkpoint import Recorder
 from ..fit_run.field_kinds import IN_PLACE_OF
@@ -28,7 +29,7 @@ from ..fit_run.plan import FitPlan
 from ..parameters import Values, join_name
 from ..problems import BadInput
 from ..scene_read.values import SceneValues
-from .terminal import bar, say, say_saved
+from .terminal import bar, say, say_saved, table
 
 #: Seconds that pictures may take after Ctrl+C.
 _PATIENCE = 2.0
@@ -69,13 +70,14 @@ def deliver(
         folder = _written(plan, result, out, bpy.app.version_string, note_progress, errors)
     if folder is not None and (trouble := recorder.finished()):
         say(f"warning: {trouble}")
-    for line in summary(plan, result):
-        say(line)
     for note in result["notes"]:
         if note not in known:
             say(f"warning: {note}")
+    table(TITLES, [line.cells for line in lines(plan, result)])
+    for text in (*sentences(plan, result), *of_photos(result)):
+        say(text)
     place = "no result folder is written" if folder is None else f"results in {folder}"
-    say(f"stopped because: {result['stopped_because']}; {place}")
+    say(f"{result['stopped_because']} after {result['seconds']:.0f} s; {place}")
     report = result_json(plan, result, bpy.app.version_string)
     report["folder"] = None if folder is None else str(folder)
     if errors and not recorder.trouble:
@@ -97,7 +99,7 @@ def _written(
 ) -> Path | None:
     """The result folder; None where it could not be written."""
     seconds = seconds_of_pictures(plan, result)
-    pictures = result["stopped"] != native.core().StopReason.CANCELLED or seconds < _PATIENCE
+    pictures = result.get("stopped") != native.core().StopReason.CANCELLED or seconds < _PATIENCE
     if not pictures:
         say(
             f"The pictures are left out: they would take about {seconds / 60:.1f} min. "
@@ -237,7 +239,7 @@ def _check(
     errors: list[str],
 ) -> None:
     """Renders the fitted values with Cycles; pictures and numbers go into the result folder."""
-    from ..cycles_check.job import CheckJob, lines
+    from ..cycles_check import job as check
     from ..cycles_check.render_settings import Remark
     from ..scene_read.blender_process import ProcessFailed
 
@@ -250,7 +252,7 @@ def _check(
         taken = [as_found(item, result) for item in plan.captures]
         written = _single_values(values, plan, result)
         environment = next(iter(_environment(plan, folder)), "")
-        job = CheckJob(scene, plan.request, written, grids, images, taken, environment)
+        job = check.CheckJob(scene, plan.request, written, grids, images, taken, environment)
         try:
             job.start()
             with bar("Cycles") as shown:
@@ -265,7 +267,8 @@ def _check(
         errors.append(f"The check in Cycles failed: {error}")
         return
     report["cycles"] = found
-    for text in lines(found):
+    say(check.verdict(found))
+    for text in check.lines(found):
         say(text)
     for remark in found["render_settings"]:
         if remark["spoils"]:

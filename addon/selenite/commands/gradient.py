@@ -7,9 +7,10 @@ import argparse
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import native, parameters
 from ..paths import file_stems
@@ -29,11 +30,14 @@ from .scene import (
 )
 from .terminal import bar, say
 
+if TYPE_CHECKING:
+    from .._core import Film, Photo
+
 #: A base colour's image, by whose texels the derivative is taken.
 TEXTURE = "base_color_texture"
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Renders with derivatives, then --repeat times once more to measure an iteration."""
     started = time.perf_counter()
     problems: list[Problem] = []
@@ -63,18 +67,20 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     )
     view = core.Photo(camera.name, size=(width, height), frame=frame)
 
-    def by_texels(photo: Any, seed: int, loss: str = "mean") -> Any:  # noqa: ANN401 - a native Photo
+    def by_texels(
+        owner: str, photo: Photo, seed: int, loss: str = "mean"
+    ) -> tuple[Film, NDArray[np.float64]]:
         with refused(*RENDER):
-            return evaluator.gradient(photo, textured, TEXTURE, args.spp, loss=loss, seed=seed)
+            return evaluator.gradient(photo, owner, TEXTURE, args.spp, loss=loss, seed=seed)
 
-    def render(seed: int) -> Any:  # noqa: ANN401 - a native Film has no Python type
+    def render(seed: int) -> Film:
         with refused(*RENDER):
             return evaluator.picture(view, args.spp, seed=seed, parameters=wanted)
 
-    film, texels = by_texels(view, args.seed) if textured else (render(args.seed), None)
+    film, texels = by_texels(textured, view, args.seed) if textured else (render(args.seed), None)
     compared = core.Photo(camera.name, film.image, frame=frame)
     iteration = (
-        (lambda seed: by_texels(compared, seed, "squared_error"))
+        (lambda seed: by_texels(textured, compared, seed, "squared_error"))
         if textured
         else (lambda seed: _squared_error_gradient(render(seed), film.image))
     )
@@ -84,7 +90,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             shown.update(index / args.repeat)
             costs.append(_cpu_seconds(iteration, args.seed + 1 + index))
     mean, mean_error = _mean(film.image, film.standard_error)
-    report = {
+    derivatives = _derivatives(film)
+    report: dict[str, object] = {
         "camera": camera.name,
         "width": width,
         "height": height,
@@ -93,19 +100,20 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "seed": args.seed,
         "mean_image": mean,
         "mean_image_standard_error": mean_error,
-        "derivatives": _derivatives(film),
+        "derivatives": derivatives,
         "iteration_cpu_seconds": costs,
         "dropped": film.dropped,
         "seconds": 0.0,
     }
     if folder is not None:
-        report["files"] = _write(film, folder)
+        files = _write(film, folder)
         if texels is not None:
             name = f"{file_stems([str(textured)])[str(textured)]}_{TEXTURE}_texels.exr"
             native.image().write_exr(str(folder / name), texels.astype(np.float32))
-            report["files"].append(name)
+            files.append(name)
+        report["files"] = files
     report["seconds"] = time.perf_counter() - started
-    for name, row in report["derivatives"].items():
+    for name, row in derivatives.items():
         for component, slope in enumerate(row["value"]):
             say(f"d mean / d {name}[{component}] = {', '.join(f'{x:.6g}' for x in slope)}")
     return report
@@ -134,13 +142,13 @@ def _textured(
     return owners[0]
 
 
-def _cpu_seconds(iteration: Callable[[int], Any], seed: int) -> float:
+def _cpu_seconds(iteration: Callable[[int], object], seed: int) -> float:
     started = time.process_time()
     iteration(seed)
     return time.process_time() - started
 
 
-def _squared_error_gradient(film: Any, reference: np.ndarray) -> np.ndarray:  # noqa: ANN401
+def _squared_error_gradient(film: Film, reference: np.ndarray) -> np.ndarray:
     """Gradient of the mean squared error, from a picture with its Jacobian."""
     residual = (film.image - reference).ravel()
     # not by BLAS: its threads go on spinning, and their time would count
@@ -156,7 +164,7 @@ def _mean(image: np.ndarray, standard_error: np.ndarray) -> tuple[list[float], l
     return mean.tolist(), (np.sqrt(variance) / count).tolist()
 
 
-def _derivatives(film: Any) -> dict[str, dict[str, list[list[float]]]]:  # noqa: ANN401
+def _derivatives(film: Film) -> dict[str, dict[str, list[list[float]]]]:
     """name -> {"value": [[r, g, b] per component], "standard_error": the same}."""
     rows: dict[str, dict[str, list[list[float]]]] = {}
     jacobian, error = film.jacobian, film.jacobian_standard_error
@@ -169,7 +177,7 @@ def _derivatives(film: Any) -> dict[str, dict[str, list[list[float]]]]:  # noqa:
     return rows
 
 
-def _write(film: Any, folder: Path) -> list[str]:  # noqa: ANN401
+def _write(film: Film, folder: Path) -> list[str]:
     """image.exr and per unknown OWNER_PARAMETER_COMPONENT.exr, each with its standard error."""
     folder.mkdir(parents=True, exist_ok=True)
     pictures = {"image": (film.image, film.standard_error)}

@@ -7,9 +7,9 @@ import argparse
 import json
 import math
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..paths import absolute, is_folder
 from ..problems import Problem
@@ -22,11 +22,12 @@ if TYPE_CHECKING:
     from ..importers.plan import ImportPlan, ImportRequest
     from ..importers.reconstruction import PackedPicture
     from ..importers.to_blender import Created
+    from ..json_text import JsonObject
 
 _FILE = "give a file of a reconstruction; see selenite import --help"
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Reads, makes a new scene of it, and saves that. Nothing is written if anything is wrong."""
     problems: list[Problem] = []
     save = output_file(args.save, (".blend",), problems)
@@ -76,7 +77,7 @@ def _request(args: argparse.Namespace, problems: list[Problem]) -> ImportRequest
     if args.silhouette is not None and not 0 <= args.silhouette <= MOST_ERODED:
         cure = f"give a number of pixels from 0 to {MOST_ERODED}"
         problems.append(Problem("Argument --silhouette", f"it is {args.silhouette}", cure))
-    given: dict[str, Any] = {
+    given: dict[str, object] = {
         "cameras": _source(args.cameras, problems) if args.cameras is not None else None,
         "photos": _folder("--photos", args.photos, problems),
         "masks": _folder("--masks", args.masks, problems),
@@ -132,7 +133,7 @@ def _save(path: Path) -> str:
     return kept
 
 
-def _report(plan: ImportPlan, save: Path, made: Created) -> dict[str, Any]:
+def _report(plan: ImportPlan, save: Path, made: Created) -> JsonObject:
     return {
         "saved": str(save),
         "name": plan.name,
@@ -179,7 +180,7 @@ def _texture(texture: Path | PackedPicture | None) -> str | None:
     return str(texture) if isinstance(texture, Path) else f"{PACKED}{texture.name}"
 
 
-def _say(report: dict[str, Any], undistort: bool, kept: str) -> None:
+def _say(report: JsonObject, undistort: bool, kept: str) -> None:
     size = f"; {_lengths(report['size_m'])}" if any(report["size_m"]) else ""
     cameras = len(report["cameras"])
     say(f"'{report['name']}': cameras: {cameras}, with a photo: {report['captures']}{size}")
@@ -200,7 +201,7 @@ def _say(report: dict[str, Any], undistort: bool, kept: str) -> None:
         say(f"then: selenite fit {file} {' '.join(_usual(report['meshes']))}")
 
 
-def _usual(meshes: Sequence[Mapping[str, Any]]) -> list[str]:
+def _usual(meshes: Sequence[JsonObject]) -> list[str]:
     """What of each material is usually fitted first, as words of the command line."""
     found: dict[str, None] = {}
     for material in (one for mesh in meshes for one in mesh["materials"]):

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
 from ..fit_run.answer.fitted_scene import at_result
 from ..paths import absolute
@@ -14,7 +13,7 @@ from .scene import open_scene, reading_of
 from .terminal import say, say_saved
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Lists the suns and, with --save, writes a copy of the scene that has them."""
     problems: list[Problem] = []
     save = arguments.optional_file(args.save, (".blend",), problems)
@@ -35,7 +34,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     found, rest = suns.proposed(values, args.count)
     for item in found:
         say(suns.text(item))
-    report: dict[str, Any] = {
+    report: dict[str, object] = {
         "suns": [vars(item) for item in found],
         "saved": None,
     }

@@ -5,13 +5,11 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..fit_run.answer.fitted_scene import RESULT
-from ..fit_run.captures.prepared import LEFT_OUT
 from ..fit_run.captures.render import as_reported
 from ..fit_run.old_names import renamed
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
@@ -30,10 +28,14 @@ from .fit import unknowns_of
 from .scene import find_constant, open_scene, reading_of
 from .terminal import bar, say, say_saved, table
 
+if TYPE_CHECKING:
+    from ..json_text import JsonObject
+    from ..scene_read.hosts import BpyStruct
+
 _SETTINGS = ("height", "seed", "depth", "threads", "physical_refraction")
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> JsonObject:
     """Ranks the places and, with --save, puts a camera at the best one. SCENE may be a run.json or
     a result folder: then its fitted values count."""
     problems: list[Problem] = []
@@ -65,8 +67,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         problems += error.problems
     arguments.stop_if(problems)
     for text in found.plan.warnings:
-        if not text.startswith(LEFT_OUT):  # they are places here
-            say(f"warning: {text}")
+        say(f"warning: {text}")
     if any(item.parameter.effect == "volume" for item in found.plan.unknowns):
         say("warning: errors of media are rough; use them only to compare places")
     with bar("evaluating") as shown:
@@ -86,7 +87,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
 def _asked(
     path: Path,
-) -> tuple[RunRequest, dict[tuple[str, str], Values], ModelError, Mapping[str, Any]]:
+) -> tuple[RunRequest, dict[tuple[str, str], Values], ModelError, JsonObject]:
     """What was asked for, the values that were found, none for a scene, what they leave
     unexplained, and the report that says so. Raises BadInput."""
     if is_folder(path):
@@ -141,7 +142,7 @@ def _changes(
     return found
 
 
-def _save(scene: Any, found: Suggestion, path: str) -> str:  # noqa: ANN401 - a bpy scene
+def _save(scene: BpyStruct, found: Suggestion, path: str) -> str:  # a bpy scene
     """A copy of the file with the camera in it; where the best place has one, that one is the
     scene's camera."""
     from .. import write_back

@@ -36,6 +36,7 @@ COMMANDS: dict[str, dict[str, str]] = {
     },
     "fits": {
         "fit": "fits parameters to photos",
+        "compare": "judges a fit by photos that it has not seen",
         "next-camera": "ranks places for the next photo by the information it would add",
         "trade": "measures time against error on a scene",
         "demo": "fits the demo scene",
@@ -71,6 +72,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_gradient(commands)
     _add_probe(commands)
     _add_fit(commands)
+    _add_compare(commands)
     _add_next_camera(commands)
     _add_trade(commands)
     environment.add_rotate_world(_command(commands, "rotate-world", ".commands.rotate_world"))
@@ -176,7 +178,8 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     group = parser.add_argument_group("what is fitted")
     add = group.add_argument
     add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what to fit")
-    add("--start", **many, metavar="OWNER:PARAM=V[,V,V]", help="default: the scene's value")
+    start = "a value, default: the scene's; or the folder of a fit, to begin where that one ended"
+    add("--start", **many, metavar="OWNER:PARAM=V[,V,V]|RESULT", help=start)
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI", help="of each channel")
     grid = (
         "voxels along a grid's longest side, or a .npy or .vol file to start from; of "
@@ -228,6 +231,23 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     flag = {"action": "store_true"}
     add("--check-in-cycles", **flag, help="renders the fitted values with Cycles and compares")
     add("--set-cycles", **flag, help="sets Cycles in OUT.blend so that it shows what was fitted")
+
+
+def _add_compare(commands: argparse._SubParsersAction) -> None:
+    parser = _command(commands, "compare", ".commands.fitted.compare")
+    parser.add_argument("result", metavar="RESULT", help="folder of a fit")
+    scene = "where the scene of the fit lies now; default: where it was"
+    group = parser.add_argument_group("what is rendered")
+    group.add_argument("--scene", metavar="SCENE.blend", help=scene)
+    photos = "default: those that the fit held out, or else those that it has seen"
+    add_captures(parser.add_argument_group("photos"), photos)
+    add = parser.add_argument_group("settings of the renders").add_argument
+    add("--height", type=int, help="pixels of the compared pictures; default: as in the fit")
+    add("--spp", type=int, help="samples per pixel; default: those of the fit's pictures")
+    add("--seed", type=int, help="of the random numbers")
+    add("--threads", type=int, help="0: all")
+    out = "gets compare.json and a contact sheet; default: RESULT/compared"
+    parser.add_argument_group("results").add_argument("--out", metavar="DIR", help=out)
 
 
 def _add_next_camera(commands: argparse._SubParsersAction) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 import csv
 import time
-from typing import Any, TextIO
+from typing import TextIO
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from .terminal import say
 VALUES = RESULTS[:3]
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Evaluates each row of FILE.csv and writes --out, or nothing if any row is wrong."""
     started = time.perf_counter()
     problems: list[Problem] = []

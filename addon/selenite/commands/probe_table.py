@@ -8,13 +8,16 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import native
 from ..problems import Problem, listed
+
+if TYPE_CHECKING:
+    from .._core import ProbeColumn
 
 # Results of an earlier evaluation, in Cycles or here: they make room for ours.
 RESULTS = ("f_cos_r", "f_cos_g", "f_cos_b", "rel_float_noise")
@@ -32,7 +35,7 @@ class Layout:
     version: str  # of the Principled BSDF: "v1" or "v2"
     header: list[str]
     numbers: list[int]  # places of the numbers in a row
-    columns: list[dict[str, Any]]  # what they are: rows of the native probe_columns()
+    columns: list[ProbeColumn]
     distribution: int
     kept: list[int]  # places of what the output repeats
 
@@ -191,7 +194,7 @@ class TableReader:
         return Part(cells, lines, numbers, multi_ggx)
 
     def _numbers(
-        self, texts: list[str], lines: list[int], column: dict[str, Any]
+        self, texts: list[str], lines: list[int], column: ProbeColumn
     ) -> NDArray[np.float64]:
         """One column; every cell that is no permitted number is a problem."""
         name, lower, upper = column["name"], column["lower"], column["upper"]

@@ -6,7 +6,6 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Mapping
-from typing import Any
 
 from .. import native
 from ..fit_run.answer.fitted_scene import at_result
@@ -31,7 +30,7 @@ from .scene import (
 from .terminal import say
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Renders and writes --out (OpenEXR: linear; PNG: sRGB) and --sem, the standard error."""
     problems: list[Problem] = []
     out = arguments.output_file(args.out, (".exr", ".png"), problems)

@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from typing import Any
 
 #: Of `--save OUT.blend`.
 KEPT = "; a file that is there is kept as OUT.blend1"
 PHYSICAL = "no refraction towards lights that no micronormal gives; Cycles has it"
 
 
-def add_of_fits(add: Callable[..., Any], *, depth: bool = True) -> None:
+def add_of_fits(add: Callable[..., object], *, depth: bool = True) -> None:
     """Of a command that fits, or predicts a fit: None where the fit's own setting counts. depth:
     False for a command that chooses it."""
     if depth:

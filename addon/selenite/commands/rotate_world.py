@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import Any
 
 from ..fit_run.settings import FitSettings, with_overrides
 from ..information.world_rotation import RotationSearch, said
@@ -19,7 +18,7 @@ from .terminal import bar, say, say_saved
 _SETTINGS = ("height", "spp", "seed", "depth", "threads", "physical_refraction")
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Says the angle and the strength and, with --save, writes a copy of the scene at them."""
     problems: list[Problem] = []
     save = arguments.optional_file(args.save, (".blend",), problems)
@@ -47,7 +46,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         say(f"warning: {text}")
     result, strength = search.result, search.strength
     assert result is not None
-    report: dict[str, Any] = {
+    report: dict[str, object] = {
         "degrees": math.degrees(result.angle),
         "strength": strength,
         "misfit": result.misfit,

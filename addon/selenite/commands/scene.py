@@ -7,7 +7,7 @@ import argparse
 import math
 import os
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 from .. import native
 from ..fit_run.plan import build_scene
@@ -21,6 +21,10 @@ from .arguments import input_file, stop_if, unquoted
 from .grouping import grouped
 from .terminal import say
 
+if TYPE_CHECKING:
+    from .._core import Scene
+    from ..scene_read.hosts import BpyStruct
+
 #: A pixel while it is rendered and handed on: its mean, half of it and its error, each twice.
 _BYTES_OF_PIXEL = 72
 #: What a render that the native module refuses is told as, beside its own words.
@@ -32,7 +36,7 @@ def reading_of(args: argparse.Namespace) -> ReadingOptions:
     return ReadingOptions(args.bake, args.approximate)
 
 
-def open_scene(path: str, options: ReadingOptions) -> tuple[Any, SceneValues]:
+def open_scene(path: str, options: ReadingOptions) -> tuple[BpyStruct, SceneValues]:
     """(bpy scene, its values). options: what the scene need not have on itself. Raises BadInput
     when the file cannot be opened."""
     problems: list[Problem] = []
@@ -75,7 +79,7 @@ def camera_of(
     return None
 
 
-def active_camera(scene: Any) -> str | None:  # noqa: ANN401 - a bpy scene
+def active_camera(scene: BpyStruct) -> str | None:  # a bpy scene
     """Name of the camera that Blender renders through; None where none is set."""
     camera = scene.camera  # may be an object of any kind
     return camera.name if camera is not None and camera.type == "CAMERA" else None
@@ -146,7 +150,7 @@ def find_constant(
 
 def native_scene(
     values: SceneValues, changes: Mapping[tuple[str, str], Values], problems: list[Problem]
-) -> Any:  # noqa: ANN401 - a native Scene has no Python type
+) -> Scene:
     """Builds the scene with some values replaced. Raises BadInput with `problems` and its own."""
     checked = {}
     for (owner_name, name), numbers in changes.items():

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..fit_run.plan import FitPlan
 from ..fit_run.request import RunRequest
@@ -23,10 +23,13 @@ from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import bar, say, table
 
+if TYPE_CHECKING:
+    from ..json_text import JsonObject
+
 _SETTINGS = ("loss", "optimiser", "seed", "threads", "physical_refraction")
 
 
-def run(args: argparse.Namespace) -> dict[str, Any]:
+def run(args: argparse.Namespace) -> JsonObject:
     """Measures within --budget and writes the table and the plot into --out; with --expected
     prints what the presets should take, and writes nothing."""
     problems: list[Problem] = []
@@ -80,7 +83,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     return content | {"folder": str(out), "files": files}
 
 
-def _expect(estimate: Estimate) -> dict[str, Any]:
+def _expect(estimate: Estimate) -> JsonObject:
     """Seconds and errors of the presets, line by line."""
     for text in grouped(estimate.warnings):
         say(f"warning: {text}")
@@ -105,7 +108,7 @@ def _measure(trade: Trade) -> None:
         trade.cancel()
 
 
-def _show(content: dict[str, Any], plan: FitPlan) -> None:
+def _show(content: JsonObject, plan: FitPlan) -> None:
     """The table, fastest first; `front` marks what nothing else beats in time and error."""
     rows = sorted(content["settings"], key=lambda row: row["seconds"] or math.inf)
     table(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import mathutils
@@ -16,6 +16,9 @@ import mathutils
 from ..fit_run.captures.prepared import UNALIGNED, Capture
 from ..scene_read.camera import named_cameras
 from ..scene_read.reading.render_depsgraph import view_layer_of
+
+if TYPE_CHECKING:
+    from ..scene_read.hosts import BpyStruct
 
 
 def moved_window(capture: Capture) -> tuple[float, float, float, float]:
@@ -37,7 +40,7 @@ def rolled(scene: bpy.types.Scene, camera: str, roll: float) -> Iterator[None]:
     if roll == 0:
         yield
         return
-    item: Any = named_cameras(scene)[camera]
+    item: BpyStruct = named_cameras(scene)[camera]
     before = item.matrix_world.copy()
     item.animation_data_clear()
     item.constraints.clear()

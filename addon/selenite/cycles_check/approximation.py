@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -20,14 +20,15 @@ from ..scene_read.options import ReadingOptions
 from ..scene_read.scene import read_scene
 from .render import render
 
+if TYPE_CHECKING:
+    from ..json_text import JsonObject
+
 #: Pixels along the longer side of the picture, and along a side of a block.
 SIDE, BLOCK = 128, 8
 _SAMPLES = 128
 
 
-def run(
-    folder: Path, request: dict[str, Any], note: Callable[[float, str], None]
-) -> dict[str, Any]:
+def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -> JsonObject:
     """Keys camera, mean and worst: differences relative to the mean of the picture by Cycles."""
     note(0.0, "comparing the approximation with Cycles")
     open_blend(str(folder / "scene.blend"), scripts=request["scripts"])

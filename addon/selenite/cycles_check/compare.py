@@ -5,12 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..fit_run.captures.prepared import Capture
 from ..fit_run.captures.render import shown
+
+if TYPE_CHECKING:
+    from .._core import Film
+    from ..json_text import JsonObject
 
 
 @dataclass(frozen=True)
@@ -27,7 +31,7 @@ class Estimate:
         return Estimate(stack.mean(axis=0), stack.var(axis=0, ddof=1) / len(stack))
 
     @staticmethod
-    def of_film(film: Any) -> Estimate:  # noqa: ANN401 - a native Film has no Python type
+    def of_film(film: Film) -> Estimate:
         """What the native renderer returns."""
         error = np.asarray(film.standard_error, np.float64)
         return Estimate(np.asarray(film.image, np.float64), error**2)
@@ -44,7 +48,7 @@ class Estimate:
         return Estimate(mean, np.zeros_like(mean))
 
 
-def misfit(ours: Estimate, wanted: Estimate, weight: np.ndarray) -> dict[str, Any]:
+def misfit(ours: Estimate, wanted: Estimate, weight: np.ndarray) -> JsonObject:
     """Bias and RMSE of `ours` relative to the mean of `wanted`, over weight (h, w).
 
     `..._noise`: one standard deviation of the bias, and the RMSE that noise alone would give.
@@ -73,7 +77,7 @@ def misfit(ours: Estimate, wanted: Estimate, weight: np.ndarray) -> dict[str, An
     }
 
 
-def line(name: str, row: dict[str, Any]) -> str:
+def line(name: str, row: JsonObject) -> str:
     """A misfit for the terminal."""
     return (
         f"{name}: bias {100 * row['relative_bias']:+.2f} % "

@@ -11,7 +11,7 @@ import json
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 
@@ -24,6 +24,11 @@ from ..scene_read.blender_process import BlenderProcess
 from ..scene_read.values import GridValues
 from . import compare
 
+if TYPE_CHECKING:
+    from ..json_text import JsonObject
+
+#: Relative bias of a photo, and RMSE, beyond noise, up to which Cycles agrees with a fit.
+BIAS_LIMIT, RMSE_LIMIT = 0.01, 0.05
 _MODULE = "selenite.cycles_check.worker"
 
 
@@ -68,9 +73,9 @@ class CheckJob(BlenderProcess):
 
     def _keep_grids(
         self, grids: Mapping[str, Mapping[str, GridValues]]
-    ) -> dict[str, dict[str, dict[str, Any]]]:
+    ) -> dict[str, dict[str, JsonObject]]:
         """Writes their numbers into the folder and returns the rest."""
-        kept: dict[str, dict[str, dict[str, Any]]] = {}
+        kept: dict[str, dict[str, JsonObject]] = {}
         for number, (name, uses) in enumerate(grids.items()):
             for use, grid in uses.items():
                 file = f"grid-{number}-{use}.npy"
@@ -79,7 +84,7 @@ class CheckJob(BlenderProcess):
                 kept.setdefault(name, {})[use] = entry
         return kept
 
-    def keep(self, report: dict[str, Any], folder: Path) -> Path:
+    def keep(self, report: JsonObject, folder: Path) -> Path:
         """Moves the pictures into a result folder and the numbers into its result.json (key
         `cycles`), which is made if there is none; returns the sheet's path. Raises OSError."""
         folder.mkdir(parents=True, exist_ok=True)
@@ -91,7 +96,23 @@ class CheckJob(BlenderProcess):
         return folder / "cycles_check.png"
 
 
-def lines(report: dict[str, Any]) -> list[str]:
+def verdict(report: JsonObject) -> str:
+    """Whether Cycles shows what was fitted, in one sentence."""
+    worst, where = 0.0, ""
+    for photo, row in report["photos"].items():
+        found = row["native_against_cycles"]
+        bias = abs(found["relative_bias_beyond_noise"]) / BIAS_LIMIT
+        rest = found["relative_rmse_beyond_noise"] / RMSE_LIMIT
+        if max(bias, rest) > worst:
+            worst, where = max(bias, rest), photo
+            most = found["relative_bias_beyond_noise" if bias > rest else
+                         "relative_rmse_beyond_noise"]  # fmt: skip
+    if worst <= 1:
+        return "Cycles agrees with the fit"
+    return f"Cycles differs from the fit by {100 * abs(most):.1f} % in '{where}': see its pictures"
+
+
+def lines(report: JsonObject) -> list[str]:
     """The numbers for the terminal and for Blender's report."""
     found = []
     for photo, row in report["photos"].items():

@@ -4,21 +4,25 @@ the check renders a copy."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import mathutils
+import numpy as np
 
 from ..scene_read.reading.render_depsgraph import view_layer_of
 from ..scene_read.view_layers import world_of
+
+if TYPE_CHECKING:
+    from ..fit_run.captures.light_states import LightState
 
 _BLACK = "Selenite black world"
 
 
 @contextmanager
-def under_lights(scene: bpy.types.Scene, lights: Mapping[str, Any]) -> Iterator[None]:
+def under_lights(scene: bpy.types.Scene, lights: LightState) -> Iterator[None]:
     """Lamps are hidden from renders, stand elsewhere, and the world is black as `lights` says (see
     fit_run.captures.light_states.light_state). All is as before afterwards, but for what moved
     lamps."""
@@ -52,7 +56,7 @@ def _free(item: bpy.types.Object, path: str) -> None:
         item.animation_data.action = None
 
 
-def _move(item: bpy.types.Object, matrix: Any) -> mathutils.Matrix:  # noqa: ANN401 - (4, 4) array
+def _move(item: bpy.types.Object, matrix: np.ndarray) -> mathutils.Matrix:
     """Puts a lamp somewhere; nothing else moves it any more. Returns where it stood."""
     before = item.matrix_world.copy()
     item.animation_data_clear()

@@ -57,7 +57,7 @@ class Remark:
         """As one line of text."""
         return f"{self.name} is {self.value} (fit: {self.wanted}): {self.cost}"
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """A dict of plain values."""
         return asdict(self)
 
@@ -326,7 +326,7 @@ def contents_of(scene: bpy.types.Scene) -> Contents:
     return Contents(volume, transmission or volume, alpha, walks, shifted)
 
 
-def _judged(scene: bpy.types.Scene, contents: Contents) -> Iterator[tuple[Setting, Any]]:
+def _judged(scene: bpy.types.Scene, contents: Contents) -> Iterator[tuple[Setting, object]]:
     """The settings that this Blender has and that differ where it matters, with their values."""
     for setting in SETTINGS:
         value = _get(scene, setting.path)
@@ -354,7 +354,7 @@ def _materials(scene: bpy.types.Scene) -> list[bpy.types.Material]:
     return list(used.values())
 
 
-def _random_walks(scene: bpy.types.Scene) -> Iterator[tuple[bpy.types.Material, Any]]:
+def _random_walks(scene: bpy.types.Scene) -> Iterator[tuple[bpy.types.Material, bpy.types.Node]]:
     """Principled BSDFs whose Multiscatter GGX is a stochastic walk: those of Blender 3."""
     if not hosts.is_version_3():
         return
@@ -372,7 +372,7 @@ def _shifted_objects(scene: bpy.types.Scene) -> Iterator[bpy.types.Object]:
             yield item
 
 
-def _get(scene: bpy.types.Scene, path: str) -> Any:
+def _get(scene: bpy.types.Scene, path: str) -> object:
     """The value, or None where this Blender has no such setting."""
     owner_path, _, name = path.rpartition(".")
     return getattr(scene.path_resolve(owner_path), name, None)

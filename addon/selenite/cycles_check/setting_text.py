@@ -3,15 +3,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import bpy
 
 #: An engine of Blender's own that is neither a class nor among the words of the property.
 _WORKBENCH = {"BLENDER_WORKBENCH": "Workbench"}
 
 
-def setting_text(scene: bpy.types.Scene, path: str, value: Any) -> str:  # noqa: ANN401 - any property's
+def setting_text(scene: bpy.types.Scene, path: str, value: object) -> str:
     """As Blender's own panels show it."""
     if isinstance(value, bool):
         return "on" if value else "off"

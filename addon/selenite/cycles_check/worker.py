@@ -8,7 +8,17 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import bpy
+    import numpy as np
+
+    from .._core import Scene
+    from ..fit_run.captures.prepared import Capture
+    from ..fit_run.settings import FitSettings
+    from ..json_text import JsonObject
+    from ..scene_read.values import CameraValues, GridValues
 
 #: Cycles renders that often, with that many seeds; their spread tells the noise.
 SEEDS = 4
@@ -16,9 +26,7 @@ SEEDS = 4
 LARGEST_ERROR = 0.2
 
 
-def run(
-    folder: Path, request: dict[str, Any], note: Callable[[float, str], None]
-) -> dict[str, Any]:
+def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -> JsonObject:
     """Writes the pictures and the sheet into `folder` and returns the report; note: of progress."""
     import bpy
 
@@ -78,7 +86,7 @@ def run(
     samples = max(1, round(wanted.settings.picture_spp / SEEDS))
     cameras = {camera.name: camera for camera in read.cameras}
     # Where one photo is cropped or aligned, each sets the lens of its camera.
-    lenses: dict[str, Any] = {item.id: item.camera for item in captures}
+    lenses: dict[str, str | CameraValues] = {item.id: item.camera for item in captures}
     if any(item.alignment != UNALIGNED or item.window != WHOLE for item in captures):
         for item in captures:
             window = moved_window(item)
@@ -115,7 +123,9 @@ def run(
     }
 
 
-def _grids(folder: Path, entries: dict[str, dict[str, dict[str, Any]]]) -> dict[str, Any]:
+def _grids(
+    folder: Path, entries: dict[str, dict[str, JsonObject]]
+) -> dict[str, dict[str, GridValues]]:
     """The fitted grids, material -> use -> grid."""
     import numpy as np
 
@@ -137,16 +147,16 @@ def _grids(folder: Path, entries: dict[str, dict[str, dict[str, Any]]]) -> dict[
 
 def _check(
     folder: Path,
-    scene: Any,
-    native_scene: Any,
-    capture: Any,
+    scene: bpy.types.Scene,
+    native_scene: Scene,
+    capture: Capture,
     stem: str,
-    camera: Any,
+    camera: str | CameraValues,
     pixel_aspect: float,
-    settings: Any,
+    settings: FitSettings,
     samples: int,
     note: Callable[[str, float], None],
-) -> tuple[dict[str, Any], dict[str, Any]]:
+) -> tuple[dict[str, JsonObject], dict[str, np.ndarray]]:
     """(numbers of one photo, its tiles for the sheet); writes its pictures, named by `stem`."""
     import numpy as np
 

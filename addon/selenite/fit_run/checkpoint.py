@@ -25,7 +25,7 @@ from .inputs import Inputs
 from .job import FitJob, SavedState
 from .request import RunRequest, read_run
 
-SCHEMA, _OF_PARTS = 2, 1
+SCHEMA = 2
 SUFFIX = ".unfinished"
 INPUTS = "inputs.json"
 _STATE = "state.json"
@@ -155,7 +155,7 @@ def load(folder: Path) -> Unfinished:
         inputs = _inputs(folder)
         if not (folder / _STATE).exists():
             return Unfinished(request, None, inputs)  # stopped before its first state
-        state = _state(folder, request)
+        state = _state(folder)
     except UNREADABLE as error:
         cause = f"its state cannot be read ({error})"
         raise BadInput(Problem(title, cause, "start the run anew with its run.json")) from error
@@ -168,15 +168,10 @@ def _inputs(folder: Path) -> Inputs | None:
     return Inputs.from_json(read_json(path)) if path.exists() else None
 
 
-def _state(folder: Path, request: RunRequest) -> SavedState | None:
-    """Of this version, or of one whose states had the results of stages in JSON: None where the
-    first state of its fit was not yet there. Raises ValueError."""
+def _state(folder: Path) -> SavedState:
+    """Raises ValueError."""
     about = read_json(folder / _STATE, _LARGEST_STATE)
-    if about.get("schema") == _OF_PARTS and not request.stages:
-        about = about["optimiser"]
-        if about is None:
-            return None
-    elif about.get("schema") != SCHEMA:
+    if about.get("schema") != SCHEMA:
         raise ValueError(f"its schema is {about.get('schema')!r}, of another version")
     path = _own_file(folder, about["file"])
     seconds = float(about["seconds"])

@@ -3,16 +3,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from ..problems import Problem
 from ..scene_read.values import MaterialValues, SceneValues
-from .captures.light_states import AS_IN_SCENE, described
+from .captures.light_states import AS_IN_SCENE, LightState, described
 from .captures.prepared import Capture
 from .fields import FieldUnknown
 from .unknowns import Unknown
 
+#: The kind of the Problem of a scene without light.
+DARK = "dark"
 #: Who owns the world's parameters.
 _WORLD = "World"
 
@@ -36,7 +37,7 @@ def problems_of_darkness(
     if _is_dark(values, AS_IN_SCENE, fitted):
         cause = "no lamp, world or material of it gives light, and none of them is fitted"
         cure = "add the light of the photos: a lamp, the world's color and strength, or an emission"
-        return [Problem("Scene", cause, cure)]
+        return [Problem("Scene", cause, cure, DARK)]
     cure = "say which lamps were on, and whether the world was; or leave the photo out"
     return [
         Problem(f"Photo '{item.id}'", f"its lights give no light ({described(item.lights)})", cure)
@@ -45,7 +46,7 @@ def problems_of_darkness(
     ]
 
 
-def _is_dark(values: SceneValues, lights: Mapping[str, Any], fitted: set[str]) -> bool:
+def _is_dark(values: SceneValues, lights: LightState, fitted: set[str]) -> bool:
     on = lights["lamps"]
     lamps = (item for item in values.lights if on is None or (item.object or item.name) in on)
     if any(item.name in fitted or (item.power > 0 and max(item.color) > 0) for item in lamps):

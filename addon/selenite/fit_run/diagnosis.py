@@ -11,16 +11,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .. import native
 from . import trust
+from .turntable import light_turns
 from .unlit import light_in_the_dark
 from .views import View, blurred, eroded
 
-History = Mapping[str, Any]  # as the native result has it
+if TYPE_CHECKING:
+    from .._core import FitResult, History
+
 
 #: Nothing is said about pictures and losses before so many iterations: a start may be anything.
 FIRST_ITERATION = 8
@@ -68,24 +71,28 @@ def diagnose(
     transmits: bool = False,
     explained: bool = False,
     opaque: bool = False,
+    azimuths: Mapping[str, float] | None = None,
 ) -> tuple[str, ...]:
     """Every sentence that holds now. `from_start`: no earlier stage has brought the loss down.
     `sure`: a refinement has determined every value, so that noise is known to hide none. `running`:
     what is left to do may still show what noise hides now. `transmits`: a fitted material refracts,
     and moves edges until the end. `explained`: the photos are, within noise.
-    `opaque`: no light passes through what is fitted.
+    `opaque`: no light passes through what is fitted. `azimuths`: see `turntable`.
     """
     if not len(history["iteration"]):
         return ()
     found = [*at_bound(history, limits), *drifting(history, limits)]
     if int(history["iteration"][-1]) >= FIRST_ITERATION:
         found += exposure(views)
-        if not (transmits and (running or explained)):
+        # What these see looks like a silhouette that does not fit, too.
+        of_light = [] if explained else light_turns(views, azimuths or {})
+        of_light += light_in_the_dark(views) if opaque else []
+        if not of_light and not (transmits and (running or explained)):
             found += misaligned(views, transmits=transmits, rims=not explained)
         found += loss_flat(history) if from_start and not explained else []
         found += too_noisy(history, limits) if not sure else []
         found += hidden_loss(history, views) if not (sure or running) else []
-        found += light_in_the_dark(views) if opaque and not running else []
+        found += of_light if not running else []
     return tuple(found)
 
 
@@ -147,10 +154,10 @@ def loss_flat(history: History) -> list[str]:
     ]
 
 
-def still_falling(result: dict[str, Any]) -> list[str]:
+def still_falling(result: FitResult) -> list[str]:
     """Of a fit at its end, by its result: a loss that the last iterations still brought down,
     beyond noise. Where the photos are explained nothing is left to gain."""
-    if result["stopped"] != native.core().StopReason.ITERATIONS or trust.explained(result):
+    if result.get("stopped") != native.core().StopReason.ITERATIONS or trust.explained(result):
         return []
     history = result["history"]
     iteration, loss, error = _losses(history)

@@ -10,12 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..parameters import join_name, split_name
 from ..problems import listed
 from ..scene_read.values import SceneValues
 from .captures.prepared import Capture
+
+if TYPE_CHECKING:
+    from .._core import FitResult
 
 #: Parameters that brightness is proportional to, or nearly.
 _LIGHT = ("power", "strength", "color", "emission_color", "emission_strength")
@@ -123,7 +126,7 @@ def _of_unknown_colour(values: SceneValues, names: Sequence[str]) -> set[str]:
     return {owner for owner, name in pairs if owner in materials and name in _COLOURS}
 
 
-def gauges(result: dict[str, Any]) -> list[Gauge]:
+def gauges(result: FitResult) -> list[Gauge]:
     """Those of a native result: directions of light, reflectance and gain, two of them at least."""
     found: list[Gauge] = []
     for one in (result.get("report") or {}).get("weak_directions", ()):

@@ -6,7 +6,7 @@ from __future__ import annotations
 import threading
 import time
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from .diagnosis import Limits, diagnose, still_falling
 from .plan import FitPlan
 from .staging import plan as stage_plan
 from .views import View
+
+if TYPE_CHECKING:
+    from .._core import FitResult, History, Scene, StopReason
 
 _DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
 #: Pixels of all photos up to which a diagnosis is made by who polls: some 20 ms. Above it has a
@@ -41,7 +44,7 @@ class Progress:
     loss: float
     seconds: float
     seconds_left: float
-    stopped: Any  # a native StopReason
+    stopped: StopReason
     stopped_because: str
     values: dict[str, list[float]]
     phase: str = DESCENT
@@ -198,6 +201,7 @@ class FitJob:
             self._fit.history(of_stage=True), limits, views, from_start=index == 0,
             sure=trust.sure(result), running=self._fit.state()["running"],
             transmits=plan.transmits, explained=trust.explained(result), opaque=plan.opaque,
+            azimuths=plan.azimuths,
         )  # fmt: skip
 
     def done(self) -> Done:
@@ -213,14 +217,13 @@ class FitJob:
         """The state that was asked for, once it is there; it is handed out once."""
         return self._fit.take_state()
 
-    def so_far(self) -> dict[str, Any]:
+    def so_far(self) -> FitResult:
         """The native result as it stands, at any time; a copy, so not for every tick."""
         return self._fit.result()
 
-    def history(self) -> dict[str, Any]:
+    def history(self) -> History:
         """That of `so_far` alone, without a copy of the fields: for plots of a running fit."""
-        found: dict[str, Any] = self._fit.history()
-        return found
+        return self._fit.history()
 
     def field(self, name: str) -> np.ndarray | None:
         """The newest values of a field, None where there is none of that name; as costly as
@@ -228,7 +231,7 @@ class FitJob:
         found: np.ndarray | None = self.so_far()["fields_last"].get(name)
         return found
 
-    def result(self) -> dict[str, Any]:
+    def result(self) -> FitResult:
         """After the end: the native result, and the key `notes`. Raises FitFailed."""
         self.progress()
         found = self.so_far()
@@ -236,7 +239,7 @@ class FitJob:
 
 
 def fitted_values(
-    plan: FitPlan, result: dict[str, Any], *, best: bool = True
+    plan: FitPlan, result: FitResult, *, best: bool = True
 ) -> dict[tuple[str, str], tuple[float, ...]]:
     """(owner, parameter) -> value at the best or the last iteration."""
     values = result["values_best" if best else "values_last"]
@@ -246,7 +249,7 @@ def fitted_values(
     }
 
 
-def scene_at(plan: FitPlan, result: dict[str, Any]) -> Any:  # noqa: ANN401 - a native Scene
+def scene_at(plan: FitPlan, result: FitResult) -> Scene:
     """The plan's scene with the best values."""
     values = {name: tuple(map(float, np.ravel(v))) for name, v in result["values_best"].items()}
     scene = plan.scene.with_values(stage_plan.constants(values, plan.unknowns, plan.fields))

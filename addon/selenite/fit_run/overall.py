@@ -13,8 +13,8 @@ from .job import DESCENT, MULTI_START, Progress
 from .plan import FitPlan
 from .settings import FitSettings
 
-#: In the order of a fit. The last three may repeat, then the share waits.
-PHASES = (MULTI_START, DESCENT, "refinement", "comparison", "roughness-profile")
+#: In the order of a fit. The last four may repeat, then the share waits.
+PHASES = (MULTI_START, DESCENT, "refinement", "comparison", "roughness-profile", "parts")
 #: What follows the native fit: looking for wrong lights, filling texels that no photo sees.
 FINISHING = "finishing"
 _FINISHING_SHARE = 0.02
@@ -37,7 +37,7 @@ class Shown:
 
     @property
     def text(self) -> str:
-        """ "43 %, refinement, 0:12 h left"; without a part that is not known."""
+        """ "43 %, refinement, 12 min left"; without a part that is not known."""
         parts = [f"{100 * self.fraction:.0f} %", self.phase, time_text(self.left)]
         return ", ".join(part for part in parts if part)
 
@@ -95,13 +95,15 @@ class Overall:
 
 
 def time_text(seconds: float | None) -> str:
-    """ "0:12 h left" in hours and minutes; "" where nothing is known."""
+    """ "12 min left", "1 h 5 min left"; "" where nothing is known."""
     if seconds is None or not math.isfinite(seconds):
         return ""
     if seconds < 60:
         return "less than 1 min left"
     minutes = math.ceil(seconds / 60)
-    return f"{minutes // 60}:{minutes % 60:02d} h left"
+    if minutes < 60:
+        return f"{minutes} min left"
+    return f"{minutes // 60} h {minutes % 60} min left"
 
 
 def _weights(plan: FitPlan) -> list[dict[str, float]]:

@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from .. import native
 from ..paths import MISSING, why_not_file
@@ -27,6 +29,9 @@ from .staging.colour_first import with_colours
 from .staging.plan import Stage
 from .unknowns import Unknown, choose, usual_requests
 
+if TYPE_CHECKING:
+    from .._core import Scene
+
 
 @dataclass(frozen=True)
 class FitPlan:
@@ -35,7 +40,7 @@ class FitPlan:
     """
 
     request: RunRequest
-    scene: Any
+    scene: Scene
     captures: list[Capture]
     unknowns: list[Unknown]
     fields: list[FieldUnknown]
@@ -45,6 +50,9 @@ class FitPlan:
     stages: tuple[Stage, ...] = ()
     transmits: bool = False  # a fitted material refracts, or may
     opaque: bool = False  # no light passes through any fitted material
+    hold_out: tuple[Capture, ...] = ()  # photos that the fit does not see
+    #: By photo the angle of its camera about the vertical axis; empty where their lights differ.
+    azimuths: Mapping[str, float] = field(default_factory=dict)
 
 
 def prepare(
@@ -76,10 +84,19 @@ def prepare(
     names = [*(item.name for item in unknowns), *(item.name for item in fields)]
     settings = stage_plan.settings_of(wanted, names, request.settings, problems)
 
-    def photos(height: int, warn: list[str]) -> list[Capture]:
+    cameras = [camera.name for camera in values.cameras]
+    request = replace(request, captures=with_ids(request.captures, cameras))
+    seen = [item for item in request.captures if not item.hold_out]
+    if request.captures and not seen and captures_at is None:
+        cause, cure = "every photo is held out", "let it see one at least"
+        problems.append(Problem("Fit", cause, cure))
+
+    def photos(
+        height: int, warn: list[str], asked: Sequence[CaptureRequest] = seen
+    ) -> list[Capture]:
         if captures_at is not None:
             return captures_at(height)
-        good = [item for item in request.captures if not _not_files(item)]
+        good = [item for item in asked if not _not_files(item)]
         sizes = [size for camera in values.cameras for size in (camera.width, camera.height)]
         if (request.captures and not good) or min(sizes, default=1) < 1:
             return []  # it has been told why
@@ -92,6 +109,8 @@ def prepare(
         problems += _not_files(item)
 
     captures = photos(request.settings.height, warnings)
+    unseen = [item for item in request.captures if item.hold_out and captures_at is None]
+    hold_out = photos(request.settings.height, [], unseen) if unseen and seen else []
     warnings += light_states.remarks(values, request.captures)
     if problems:
         raise BadInput(problems)
@@ -118,7 +137,6 @@ def prepare(
         request=replace(
             request,
             unknowns=(*(_filled(item) for item in unknowns), *(item.request for item in fields)),
-            captures=with_ids(request.captures, (camera.name for camera in values.cameras)),
             stages=tuple(wanted),
         ),
         scene=scene.with_values(starts),
@@ -131,7 +149,20 @@ def prepare(
         stages=tuple(stages),
         transmits=_transmits(values, requests),
         opaque=not (_transmits(values, requests) or _has_medium(values, requests)),
+        hold_out=tuple(hold_out),
+        azimuths=_azimuths(values, captures),
     )
+
+
+def _azimuths(values: SceneValues, captures: Sequence[Capture]) -> dict[str, float]:
+    if len({light_states.key_of(item.lights) for item in captures}) > 1:
+        return {}
+    ahead = {camera.name: -np.asarray(camera.matrix, float)[:3, 2] for camera in values.cameras}
+    return {
+        item.id: float(np.arctan2(*ahead[item.camera][1::-1]))
+        for item in captures
+        if item.camera in ahead
+    }
 
 
 def _transmits(values: SceneValues, requests: Sequence[UnknownRequest]) -> bool:
@@ -155,7 +186,7 @@ def _has_medium(values: SceneValues, requests: Sequence[UnknownRequest]) -> bool
 
 
 def _suspicions(
-    values: SceneValues, request: RunRequest, captures: Sequence[Capture], scene: Any
+    values: SceneValues, request: RunRequest, captures: Sequence[Capture], scene: Scene
 ) -> list[str]:
     """Of the photos without a mask, beside what the scene renders at its start values."""
     asked = with_ids(request.captures, (camera.name for camera in values.cameras))
@@ -188,7 +219,7 @@ def _not_files(capture: CaptureRequest) -> list[Problem]:
     return found
 
 
-def build_scene(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no Python type
+def build_scene(values: SceneValues) -> Scene:
     """Builds the native scene; what the native side refuses becomes a Problem. What else is wrong
     with a scene without a camera is told with that."""
     problems = [*values.problems, *not_finite(values)]
@@ -214,7 +245,7 @@ def build_scene(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene ha
     return scene
 
 
-def paths_traced(scene: Any) -> str:  # noqa: ANN401 - a native Scene has no Python type
+def paths_traced(scene: Scene) -> str:
     """How many paths of the scene a thread traces together, and why."""
     obstacle = native.core().lanes_obstacle(scene)
     return f"one at a time: {obstacle}" if obstacle else "eight at a time"

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
 
 from .. import __version__
 from ..json_text import read_json
@@ -46,7 +45,8 @@ class UnknownRequest:
 class RunRequest:
     """One fit. No unknowns: the usual ones of the only material. No captures: the scene's.
     No stages: everything at once. staging: why, in a sentence, where the photos chose them; "" for
-    those that the user gave. reading: what becomes of materials that cannot be read."""
+    those that the user gave. reading: what becomes of materials that cannot be read. begins_at:
+    folder of the fit whose values, grids and images the scene has here; "" for none."""
 
     scene: str
     unknowns: tuple[UnknownRequest, ...] = ()
@@ -55,8 +55,9 @@ class RunRequest:
     stages: tuple[StageRequest, ...] = ()
     staging: str = ""
     reading: ReadingOptions = field(default_factory=ReadingOptions)
+    begins_at: str = ""
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """A dict of plain values, schema number included."""
         return {
             "schema": SCHEMA,
@@ -68,10 +69,11 @@ class RunRequest:
             "stages": [item.as_json() for item in self.stages],
             "staging": self.staging,
             "reading": self.reading.as_json(),
+            "begins_at": self.begins_at,
         }
 
     @staticmethod
-    def from_json(data: dict[str, Any]) -> RunRequest:
+    def from_json(data: object) -> RunRequest:
         """The inverse of `as_json`. Raises BadInput."""
         title = "Run file"
         if not isinstance(data, dict) or data.get("schema") != SCHEMA:
@@ -89,6 +91,7 @@ class RunRequest:
                 stages=_stages(data.get("stages"), title),
                 staging=_text(data, "staging", ""),
                 reading=ReadingOptions.from_json(data.get("reading", {})),
+                begins_at=_text(data, "begins_at", ""),
             )
         except ValueError as error:
             cure = "give a run.json as Selenite wrote it"
@@ -109,7 +112,7 @@ def _stages(items: object, title: str) -> tuple[StageRequest, ...]:
     return stages_from_json({"stages": items}, title) if items else ()
 
 
-def _objects(data: dict[str, Any], key: str) -> list[dict[str, Any]]:
+def _objects(data: dict[str, object], key: str) -> list[dict[str, object]]:
     """A list of objects. Raises ValueError."""
     items = data.get(key)
     if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
@@ -117,30 +120,30 @@ def _objects(data: dict[str, Any], key: str) -> list[dict[str, Any]]:
     return items
 
 
-def _text(data: dict[str, Any], key: str, default: str | None = None) -> str:
+def _text(data: dict[str, object], key: str, default: str | None = None) -> str:
     value = data.get(key, default)
     if not isinstance(value, str) or "\0" in value:
         raise ValueError(f"its '{key}' is {value!r}, not text")
     return value
 
 
-def _number(data: dict[str, Any], key: str) -> float | None:
+def _number(data: dict[str, object], key: str) -> float | None:
     value = data.get(key)
     if value is None:
         return None
-    if type(value) not in (int, float) or not abs(value) <= LARGEST:
+    if not isinstance(value, (int, float)) or type(value) is bool or not abs(value) <= LARGEST:
         raise ValueError(f"its '{key}' is {value!r}, not a finite number")
     return float(value)
 
 
-def _whole_number(data: dict[str, Any], key: str) -> int | None:
+def _whole_number(data: dict[str, object], key: str) -> int | None:
     value = data.get(key)
     if value is not None and type(value) is not int:
         raise ValueError(f"its '{key}' is {value!r}, not a whole number")
     return value
 
 
-def _unknown(item: dict[str, Any]) -> UnknownRequest:
+def _unknown(item: dict[str, object]) -> UnknownRequest:
     start = item.get("start")
     if start is not None:
         if not isinstance(start, list) or len(start) not in (1, 3):

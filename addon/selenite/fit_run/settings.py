@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
-from typing import Any
 
 from .. import native
 from ..problems import BadInput, Problem, choice
@@ -49,7 +49,7 @@ class FitSettings:
                 cause = f"{value} lies outside [{number(low)}, {number(high)}]"
                 found.append(Problem(f"Setting '{name}'", cause, "give a value inside"))
         core = native.core()
-        losses = {row["name"]: row for row in core.losses()}
+        losses = {row["name"]: row["least_spp"] for row in core.losses()}
         optimisers = ["auto", *(row["name"] for row in core.optimisers())]
         for name, choices in (("loss", list(losses)), ("optimiser", optimisers)):
             if getattr(self, name) not in choices:
@@ -59,13 +59,13 @@ class FitSettings:
         if self.search not in SEARCHES:
             cure = choice(self.search, SEARCHES)
             found.append(Problem("Setting 'search'", f"'{self.search}' is not known", cure))
-        least = losses.get(self.loss, {}).get("least_spp", 1)
+        least = losses.get(self.loss, 1)
         if self.spp < least:
             cause = f"loss '{self.loss}' needs {least} samples per pixel"
             found.append(Problem("Setting 'spp'", cause, f"give at least {least}"))
         return found
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """A dict of plain values."""
         return asdict(self)
 
@@ -79,7 +79,7 @@ class FitSettings:
         kinds = {field.name: type(field.default) for field in fields(FitSettings)}
         found: list[Problem] = []
         # Files from before it existed: their fits ended with the iterations.
-        values: dict[str, Any] = {"until_converged": False}
+        values: dict[str, object] = {"until_converged": False}
         for name, value in data.items():
             kind = kinds.get(name)
             if kind is None:
@@ -98,7 +98,7 @@ class FitSettings:
             raise BadInput(found)
         return settings
 
-    def native(self) -> dict[str, Any]:
+    def native(self) -> dict[str, object]:
         """What the native Fit takes."""
         names = ("loss", "optimiser", "iterations", "spp", "tolerance", "seed", "depth", "threads")
         most = MOST_TIMES * self.iterations if self.until_converged else 0
@@ -138,7 +138,7 @@ THESIS = FitSettings(
 )
 
 
-def with_overrides(base: FitSettings, overrides: dict[str, Any]) -> FitSettings:
+def with_overrides(base: FitSettings, overrides: Mapping[str, object]) -> FitSettings:
     """`base` with the settings that are not None replaced. Raises BadInput.
 
     A number of iterations that is asked for is the most there are, unless `until_converged` is too.

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import native
 from ..parameters import join_name
 from ..problems import listed
 from .field_kinds import IN_PLACE_OF
@@ -20,6 +21,8 @@ _PART_CLEAR = (0.05, 0.95)
 #: Standard error of a misfit beyond which it says nothing: a fifth of the brightness, squared. And
 #: standard errors below 0 that no noise explains which a render knows of.
 _HIDDEN, _BELOW = 0.04, 3.0
+#: Percent of the photos' brightness that a good match, and one that is close, leave unexplained.
+GOOD, CLOSE = 1.0, 5.0
 #: The loss that takes no notice of exposure, which is most of what it leaves unexplained.
 _OF_ANY_EXPOSURE = "brightness-independent-mse"
 #: What a parameter without a report says.
@@ -137,6 +140,18 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
     return lines
 
 
+def reasons(unknown: Unknown, result: dict[str, Any]) -> list[str]:
+    """As `words`, without the interval itself."""
+    return [text for text in words(unknown, result) if not text.startswith(_confidence(result))]
+
+
+def level_of_gains(plan: FitPlan) -> str:
+    """The image of the world at whose level all gains hold: without a photo of known gain it has
+    the level that the prior of the gains gives it. "" where there is none."""
+    free = all(item.free_gain != "none" for item in plan.captures)
+    return next((item.name for item in plan.fields if item.kind.is_environment and free), "")
+
+
 def _confidence(result: dict[str, Any]) -> str:
     """What an interval is worth. It accounts for noise, for voxels fitted with the value, and for
     errors that pixels of a part or of a photo share: not for those that all photos share."""
@@ -216,9 +231,10 @@ def _undetermined(unknown: Unknown, reported: dict[str, Any], alternatives: list
     return text
 
 
-def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
-    """All of it for the terminal and the log, a line each."""
-    lines = [f"{item.name}: {text}" for item in plan.unknowns for text in words(item, result)]
+def sentences(plan: FitPlan, result: dict[str, Any], *, intervals: bool = True) -> list[str]:
+    """All of it, a line each. intervals: not where a table has them."""
+    said = words if intervals else reasons
+    lines = [f"{item.name}: {text}" for item in plan.unknowns for text in said(item, result)]
     if any("not determined" in line for line in lines):
         lines.append(
             "The most informative next photo: selenite next-camera RESULT_FOLDER, or Suggest Next "
@@ -255,11 +271,34 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
             f"Much light of {listed(noisy)} is in isolated bright pixels: values may be wrong by "
             "more than their intervals say"
         )
-    found = result.get("search") or {}
-    if found.get("points"):
-        went = "continued from another one" if found["moved"] else "kept the given one"
-        lines.append(f"Multi-start: evaluated {found['points']} starting points and {went}")
+    if text := of_search(result):
+        lines.append(text)
     return lines
+
+
+def of_search(result: dict[str, Any]) -> str:
+    """What a multi-start has done, "" where there was none."""
+    found = result.get("search") or {}
+    points = found.get("points")
+    if stopped_in_search(result):
+        if not points:
+            return "Stopped before the first iteration: values are the start's"
+        which = "the best of them" if found["moved"] else "the start's: none is clearly better"
+        return (
+            f"Stopped in the multi-start after {points} starting points: the values are {which}, "
+            "not refined"
+        )
+    if not points:
+        return ""
+    went = "continued from another one" if found["moved"] else "kept the given one"
+    return f"Multi-start: evaluated {points} starting points and {went}"
+
+
+def stopped_in_search(result: dict[str, Any]) -> bool:
+    """Whether a fit was stopped in its multi-start, so that no step has followed."""
+    history = result.get("history") or {}
+    rows = len(history.get("iteration", ()))
+    return result.get("stopped") == native.core().StopReason.CANCELLED and not rows
 
 
 def unexplained_percent(result: dict[str, Any]) -> float:
@@ -268,7 +307,7 @@ def unexplained_percent(result: dict[str, Any]) -> float:
     themselves is the larger one."""
     left = misfit(result)
     of_fit = max(left["value"], 0.0) if left else 0.0
-    shares = [item.get("unexplained", 0.0) for item in (result.get("captures") or {}).values()]
+    shares = [item.get("unexplained") or 0.0 for item in (result.get("captures") or {}).values()]
     of_photos = sum(share**2 for share in shares) / max(len(shares), 1)
     return float(100 * max(of_fit, of_photos) ** 0.5)
 
@@ -289,4 +328,8 @@ def _unexplained(share: float, fields: str = "") -> str:
     text = f"Misfit: {share:.1f} % of the photos' brightness is not explained"
     if fields:
         return f"{text}: {fields} has not converged, or there is another cause"
+    if share <= GOOD:
+        return f"{text} by these parameters"
+    if share <= CLOSE:
+        return f"{text} by these parameters; compare the pictures"
     return f"{text} by these parameters; check lights, camera and geometry"

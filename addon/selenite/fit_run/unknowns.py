@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from .. import native, parameters
 from ..parameters import Parameter, Values
@@ -16,6 +16,11 @@ from .field_kinds import KINDS
 from .request import UnknownRequest
 from .settings import FitSettings
 
+if TYPE_CHECKING:
+    from .. import _core
+
+#: The kind of the Problem where several materials can be fitted and none is named.
+WHICH_MATERIAL = "which-material"
 USUAL = ("base_color", "roughness", "transmission", "ior")
 
 
@@ -49,7 +54,7 @@ class Unknown:
         ends["maximum"] = self.maximum >= self.parameter.upper
         return frozenset(side for side, is_end in ends.items() if is_end)
 
-    def native(self) -> Any:  # noqa: ANN401 - a native Unknown
+    def native(self) -> _core.Unknown:
         """What the native module takes."""
         return native.core().Unknown(
             self.owner, self.parameter.name, self.minimum, self.maximum, list(self.start),
@@ -69,19 +74,26 @@ def labels(unknowns: Sequence[Unknown]) -> dict[str, str]:
 
 def usual_requests(scene: SceneValues, problems: list[Problem]) -> list[UnknownRequest]:
     """The usual parameters of the only material that can be fitted."""
-    candidates = [
-        owner
-        for owner in scene.owners.values()
-        if owner.kind == "material" and _fittable(owner, usual_of(owner))
-    ]
+    candidates = candidates_of(scene)
     if len(candidates) != 1:
         names = listed(owner.name for owner in candidates)
         cause = f"which material to fit is not clear; candidates: {names}"
         cure = "name the parameters, as in --fit Body:base_color,roughness"
-        problems.append(Problem("Fit", cause, cure))
+        problems.append(Problem("Fit", cause, cure, WHICH_MATERIAL))
         return []
     owner = candidates[0]
-    return [UnknownRequest(owner.name, name) for name in _fittable(owner, usual_of(owner))]
+    return [UnknownRequest(owner.name, name) for name in fittable_usual(owner)]
+
+
+def candidates_of(scene: SceneValues) -> list[Owner]:
+    """Materials of which a usual parameter can be fitted."""
+    materials = (owner for owner in scene.owners.values() if owner.kind == "material")
+    return [owner for owner in materials if fittable_usual(owner)]
+
+
+def fittable_usual(owner: Owner) -> list[str]:
+    """Those of the usual parameters that can be fitted."""
+    return _fittable(owner, usual_of(owner))
 
 
 def usual_of(owner: Owner) -> Sequence[str]:

@@ -9,11 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .. import native
+
+if TYPE_CHECKING:
+    from .._core import FisherInformation, PhotoJacobian
 
 
 @dataclass(frozen=True)
@@ -42,11 +45,11 @@ class Noise:
 
 
 def information(
-    seen: Any,  # noqa: ANN401 - a native PhotoJacobian
+    seen: PhotoJacobian,
     picture: np.ndarray | None,
     weight: np.ndarray,
     noise: Noise,
-) -> Any:  # noqa: ANN401 - a native FisherInformation
+) -> FisherInformation:
     """picture: the photo, (h, w, 3); None: the render in its place. weight: (h, w), 0 where a pixel
     does not count."""
     return native.core().fisher_information(
@@ -55,7 +58,7 @@ def information(
     )  # fmt: skip
 
 
-def weakest(photos: Sequence[Any]) -> float:
+def weakest(photos: Sequence[FisherInformation]) -> float:
     """Of all directions the least information of the photos together, in standard deviations of its
     noise; 0 where a component is not seen."""
     found: float = native.core().weakest_direction(list(photos))

@@ -27,13 +27,13 @@ class Work(Protocol):
         """From any thread: `steps` ends soon, by an exception or not."""
 
 
-W = TypeVar("W", bound=Work)
+W_co = TypeVar("W_co", bound=Work, covariant=True)
 
 
-class BackgroundJob(Generic[W]):
+class BackgroundJob(Generic[W_co]):
     """Start, progress, cancel, join. Blender is not touched from the thread."""
 
-    def __init__(self, work: W) -> None:
+    def __init__(self, work: W_co) -> None:
         self.work = work
         self._step = Step(0.0, "")
         self._error: Exception | None = None

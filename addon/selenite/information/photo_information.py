@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from ..problems import BadInput, Problem
 from . import fisher
 from .fisher import EXPLAINED, ModelError, Noise
 from .job import Step
+
+if TYPE_CHECKING:
+    from .._core import FisherInformation, Photo, PhotoJacobian, Scene
 
 #: Samples of the first pass at a photo's camera.
 PHOTO_SPP = 64
@@ -40,11 +43,11 @@ class Seen:
     """What a camera shows. jacobian: native, of d picture / d component. picture: the photo; None:
     the render stands in its place. weight: (h, w), 0 where a pixel does not count."""
 
-    jacobian: Any
+    jacobian: PhotoJacobian
     picture: np.ndarray | None
     weight: np.ndarray
 
-    def information(self, noise: Noise) -> Any:  # noqa: ANN401 - a native FisherInformation
+    def information(self, noise: Noise) -> FisherInformation:
         """About the unknowns, of a photo with this noise."""
         return fisher.information(self.jacobian, self.picture, self.weight, noise)
 
@@ -59,7 +62,7 @@ class PhotoInformation:
     def __init__(
         self,
         plan: FitPlan,
-        scene: Any,  # noqa: ANN401 - a native Scene
+        scene: Scene,
         model_error: ModelError = EXPLAINED,
     ) -> None:
         self.plan = plan
@@ -113,7 +116,7 @@ class PhotoInformation:
             yield Step(0.6 + 0.4 * index / len(photos), f"photo {capture.id}, second pass")
             self._seen[index].jacobian.join(self._at_photo(capture, spp, 2).jacobian)
 
-    def informations(self, settings: FitSettings) -> list[Any]:
+    def informations(self, settings: FitSettings) -> list[FisherInformation]:
         """After `at_photos`: of each photo, for a fit with these settings."""
         noise = self.noise(settings)
         return [seen.information(noise) for seen in self._seen]
@@ -166,7 +169,7 @@ class PhotoInformation:
         )
         return float(np.clip(found, low**2, high**2))
 
-    def _at(self, photo: Any, spp: int, number: int) -> Any:  # noqa: ANN401 - a native PhotoJacobian
+    def _at(self, photo: Photo, spp: int, number: int) -> PhotoJacobian:
         seed = _SEED + 8 * self.plan.request.settings.seed + number
         seen = self._evaluator.jacobian(photo, self._asked, spp, seed=seed, progress=self._token)
         if seen.not_finite:

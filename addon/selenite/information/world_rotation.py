@@ -11,7 +11,7 @@ import math
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from ..problems import BadInput, Problem
 from ..scene_read.capture_request import CaptureRequest
 from ..scene_read.values import SceneValues
 from .job import Step
+
+if TYPE_CHECKING:
+    from .._core import Scene
 
 #: Columns of the image that is rotated: 2.8 degrees each; and between two of the first angles.
 _COLUMNS, _STEP = 128, 4
@@ -183,7 +186,7 @@ def _other(tried: dict[int, tuple[float, float]], best: int) -> float | None:
 
 
 def _misfit(
-    scene: Any,  # noqa: ANN401 - a native Scene
+    scene: Scene,
     captures: Sequence[Capture],
     settings: FitSettings,
 ) -> tuple[float, float]:

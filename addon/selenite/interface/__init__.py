@@ -8,10 +8,11 @@ import atexit
 import bpy
 
 from . import environment_panel, panels, problem_reports, properties, stages, state
+from .captures import examining
 from .captures import lights as capture_lights
 from .captures import operators as capture_operators
 from .captures import photo as capture_photo
-from .furniture import first_use, icon, languages, links, preferences
+from .furniture import first_use, icon, languages, links, preferences, sample
 from .importing import operators as import_operators
 from .importing import tools as import_tools
 from .operators import apply as apply_operators
@@ -32,6 +33,7 @@ from .result import panel as result_panel
 _MODULES = (
     preferences,
     links,
+    sample,
     presets,
     capture_lights,
     capture_photo,
@@ -39,6 +41,7 @@ _MODULES = (
     problem_reports,
     background,
     row_operators,
+    examining,
     capture_operators,
     mask,
     fit_operators,

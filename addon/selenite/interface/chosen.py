@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..scene_read.hosts import BpyStruct
 
 
-def chosen(items: Any, at: int) -> Any:  # noqa: ANN401 - a collection of groups, and one of them
+def chosen(items: BpyStruct, at: int) -> BpyStruct:  # a collection of groups, and one of them
     """The row with number `at`; None where there is none."""
     return items[at] if 0 <= at < len(items) else None

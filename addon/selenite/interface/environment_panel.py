@@ -7,7 +7,7 @@ A datablock without users holds the picture, so that no saved file has it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -28,6 +28,9 @@ from .progress.background import draw_work
 from .state import RUN, SPOTS
 from .texts import announce, translated
 from .ticking import CancelsWork, WorksInThread, redraw
+
+if TYPE_CHECKING:
+    from ..scene_read.hosts import BpyStruct
 
 IMAGE = "Selenite Environment"
 #: Seconds between two pictures.
@@ -76,7 +79,7 @@ def show(values: np.ndarray) -> bpy.types.Image:
     """Puts radiance (h, w, 3), row 0 at the top, into the datablock and its preview."""
     picture = native.image().srgb_encode(view_of(values))
     image, pixels = images.put(IMAGE, picture)
-    preview: Any = image.preview_ensure()
+    preview: BpyStruct = image.preview_ensure()
     if preview is not None:
         preview.image_size = picture.shape[1::-1]
         preview.image_pixels_float.foreach_set(pixels)
@@ -100,7 +103,7 @@ class SELENITE_PT_environment(bpy.types.Panel):
             rows, columns = unknown.values.shape[:2]
             text = translated("{} x {} directions").format(columns, rows)
             self.layout.label(text=text, icon="WORLD")
-            image: Any = bpy.data.images.get(IMAGE)
+            image: BpyStruct = bpy.data.images.get(IMAGE)
             if image is not None and image.preview is not None:
                 self.layout.template_icon(icon_value=image.preview.icon_id, scale=8.0)
         rotate_environment.draw(self.layout, context)

@@ -18,7 +18,7 @@ from .chosen import chosen
 from .operators import presets
 from .operators.time import draw_trade
 from .progress.background import draw_next_camera, draw_work
-from .progress.head import SELENITE_PT_head
+from .progress.head import SELENITE_PT_head, next_step
 from .request import FIT_SETTINGS
 from .result.panel import SELENITE_PT_result
 from .rows.labels import with_labels
@@ -85,9 +85,9 @@ class SELENITE_PT_captures(bpy.types.Panel):
         column = row.column(align=True)
         column.operator("selenite.add_capture", text="", icon="ADD")
         column.operator("selenite.remove_capture", text="", icon="REMOVE")
-        layout.operator("selenite.load_photos", icon="FILE_FOLDER")
-        if not len(settings.captures) and bpy.ops.selenite.open_sample.poll():
-            layout.operator("selenite.open_sample", icon="FILE_3D")
+        step, _ = next_step(context.scene)
+        if step != "selenite.load_photos":  # else it is in the head
+            layout.operator("selenite.load_photos", icon="FILE_FOLDER")
         layout.operator("selenite.import_reconstruction", icon="IMPORT")
         item = chosen(settings.captures, settings.active_capture)
         if item is not None and (item.camera is None or item.photo is None):
@@ -136,11 +136,12 @@ class SELENITE_PT_fit(bpy.types.Panel):
             _draw_running(layout, context)
             return
         column = layout.column()
-        field(column, settings, "preset")
+        step, _ = next_step(context.scene)
+        if step != "selenite.start":  # else both are in the head
+            field(column, settings, "preset")
         field(column, settings, "stage_mode")
-        start = layout.row()
-        start.scale_y = 1.4
-        start.operator("selenite.start", icon="PLAY")
+        if step != "selenite.start":
+            layout.operator("selenite.start", icon="PLAY")
         if not draw_work(layout, state.ESTIMATE, "selenite.cancel_estimate"):
             layout.operator("selenite.estimate", icon="TIME")
         for line in state.EXPECTED.get(context.scene.name, ()):
@@ -189,9 +190,8 @@ class SELENITE_PT_cycles(bpy.types.Panel):
         layout, check = self.layout, state.CHECK
         if check.job is None:
             layout.operator("selenite.check_in_cycles", icon="RENDER_STILL")
-            for line in (check.message, *check.lines):
-                if line:
-                    paragraph(layout, context, line)
+            for line in check.lines:
+                paragraph(layout, context, line)
             if check.sheet is not None:
                 layout.operator("selenite.show_sheet", icon="IMAGE_DATA")
         contents = check.contents.get(context.scene.name, Contents())

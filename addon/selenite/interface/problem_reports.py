@@ -11,7 +11,7 @@ from bpy.props import StringProperty
 from ..problems import BadInput, Problem
 from ..scene_read.camera import named_cameras
 from .problem_words import in_panel_words
-from .state import PROBLEMS
+from .state import PROBLEMS, SHAPES
 from .texts import announce, shown
 
 _TITLE = re.compile(r"^(\w+) '(.*)'")
@@ -78,6 +78,31 @@ class SELENITE_OT_select_problem(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class SELENITE_OT_close_body(bpy.types.Operator):
+    """Close every hole of the body's mesh by triangles and turn all faces outwards. Shape and UVs
+    elsewhere stay"""
+
+    bl_idname = "selenite.close_body"
+    bl_label = "Fill Holes"
+    bl_options = {"REGISTER", "UNDO"}
+
+    thing: StringProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Title of the problem")
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Of the object that the problem names, which becomes the active one."""
+        item, objects = thing_of(self.thing), context.view_layer.objects
+        if not isinstance(item, bpy.types.Object) or item.name not in objects:
+            announce(self, {"WARNING"}, "Nothing in the view layer is or has it")
+            return {"CANCELLED"}
+        objects.active = item
+        if bpy.ops.selenite.fill_holes() != {"FINISHED"}:
+            return {"CANCELLED"}
+        left = PROBLEMS.get(context.scene.name, [])
+        PROBLEMS[context.scene.name] = [one for one in left if one.object != self.thing]
+        SHAPES.pop(context.scene.name, None)
+        return {"FINISHED"}
+
+
 class SELENITE_OT_clear_problems(bpy.types.Operator):
     """Clear the list; what is still wrong comes back with the next start"""
 
@@ -95,4 +120,4 @@ def _uses(item: bpy.types.Object, thing: bpy.types.ID | None) -> bool:
     return thing is not None and (thing in (item, item.data) or thing in slots)
 
 
-CLASSES = (SELENITE_OT_select_problem, SELENITE_OT_clear_problems)
+CLASSES = (SELENITE_OT_select_problem, SELENITE_OT_close_body, SELENITE_OT_clear_problems)

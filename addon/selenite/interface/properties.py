@@ -197,7 +197,9 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     applied: BoolProperty(description="The fitted values are in the scene")
     verdict: StringProperty(description="The result in one sentence")
     verdict_icon: StringProperty(description="How sure the whole is")
-    report: StringProperty(description="Everything that the fit reports, line by line")
+    is_wrong: BoolProperty(description="The pictures are to be compared before values are applied")
+    table: StringProperty(description="Parameter, start, fitted, interval: lines, cells by tabs")
+    report: StringProperty(description="Everything else that the fit reports, line by line")
     show_report: BoolProperty(
         name="Full Report", description="Everything that the fit reports about each value"
     )

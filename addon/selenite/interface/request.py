@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from typing import Any
 
 import bpy
 
@@ -48,7 +47,7 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
             cure = "refresh the list of parameters"
             problems.append(Problem(title, "its owner is not in the scene", cure))
             continue
-        of_field: dict[str, Any] = {}
+        of_field: dict[str, object] = {}
         if field_rows.is_field(row):
             title = f"Parameter '{parameters.join_name(owner.name, row.parameter)}'"
             try:
@@ -64,7 +63,7 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
             row.learning_rate,
         )
         unknowns.append(replace(asked, **of_field))
-    if not unknowns and not problems:
+    if not unknowns and not problems and not values.problems:
         cure = "refresh the list of parameters and tick one"
         problems.append(Problem("Fit", "no parameter is ticked", cure))
     names = [parameters.join_name(item.owner, item.parameter) for item in unknowns]
@@ -77,7 +76,7 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
         stages=own or stages.named_stages(scene, names, captures, problems),
         reading=options_of(scene),
     )
-    if problems:
+    if problems or (not unknowns and values.problems):
         raise BadInput([*values.problems, *problems])
     return request
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from .. import native
 from ..cycles_check.job import CheckJob
@@ -14,7 +14,7 @@ from ..cycles_check.render_settings import Contents
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.overall import Overall, Shown
 from ..fit_run.plan import FitPlan
-from ..information.job import BackgroundJob
+from ..information.job import BackgroundJob, Work
 from ..information.job import Step as BackgroundStep
 from ..problems import Problem
 from ..scene_read.blender_process import ProcessProgress
@@ -23,6 +23,11 @@ from ..scene_read.values import Owner, SceneValues
 from .running.recorder import BackgroundRecorder, Closing
 from .running.work import Finishing, Preparing
 
+if TYPE_CHECKING:
+    from .._core import FitResult
+    from ..information.conditioning import StageChoice
+
+W = TypeVar("W", bound=Work)
 #: What the panel says of a run that leaves nothing behind.
 CANCELLED = "Cancelled; nothing was changed"
 #: What it says of a reading that was cancelled while Blender evaluates the scene.
@@ -41,15 +46,21 @@ class Run:
     finishing: BackgroundJob[Finishing] | None = None
     overall: Overall | None = None
     shown: Shown = field(default_factory=Shown)
-    before: tuple[Any, ...] = (None, None, None, {})  # plan, result, folder, owners
-    left: list[BackgroundJob[Any]] = field(default_factory=list)  # cancelled, not at their end
+    # `plan`, `result`, `folder` and `owners` before this run
+    before: tuple[FitPlan | None, FitResult | None, Path | None, dict[str, Owner]] = (
+        None,
+        None,
+        None,
+        {},
+    )
+    left: list[BackgroundJob[Work]] = field(default_factory=list)  # cancelled, not at their end
     scene_name: str = ""
     owners: dict[str, Owner] = field(default_factory=dict)
     progress: Progress | None = None
     keep: bool = True
     recorder: BackgroundRecorder | None = None
     plan: FitPlan | None = None
-    result: dict[str, Any] | None = None
+    result: FitResult | None = None
     folder: Path | None = None
     message: str = ""
 
@@ -177,8 +188,12 @@ class Check:
     def start(self, job: CheckJob, scene_name: str) -> None:
         """Starts the other process."""
         self.job, self.scene_name, self.progress = job, scene_name, None
-        self.message, self.lines, self.sheet = "", [], None
+        self.forget()
         job.start()
+
+    def forget(self) -> None:
+        """What the last one has found is no longer about the result."""
+        self.message, self.lines, self.sheet = "", [], None
 
     def stop(self) -> None:
         """Ends the other process and forgets the job."""
@@ -188,7 +203,7 @@ class Check:
 
 
 @dataclass
-class Background:
+class Background(Generic[W]):
     """At most one job of a kind at a time. `lines` stay after its end.
 
     hears: whether the thread ends soon where it is cancelled. Else nobody waits for it.
@@ -196,12 +211,12 @@ class Background:
 
     hears: bool = True
 
-    job: BackgroundJob[Any] | None = None
+    job: BackgroundJob[W] | None = None
     scene_name: str = ""
     step: BackgroundStep | None = None
     lines: list[str] = field(default_factory=list)
 
-    def start(self, job: BackgroundJob[Any], scene_name: str) -> None:
+    def start(self, job: BackgroundJob[W], scene_name: str) -> None:
         """Starts the thread."""
         self.job, self.scene_name, self.step, self.lines = job, scene_name, None, []
         job.start()
@@ -224,7 +239,7 @@ class Background:
 
 
 @dataclass
-class Measurement(Background):
+class Measurement(Background[Work]):
     """At most one measurement of time against error at a time."""
 
     def cancel(self) -> None:
@@ -237,7 +252,7 @@ class Measurement(Background):
 class SceneReading:
     """At most one reading of the scene at a time that is no part of a fit."""
 
-    job: ReadingJob[Any] | None = None
+    job: ReadingJob[object] | None = None
 
     @property
     def is_cancelled(self) -> bool:
@@ -260,14 +275,17 @@ RUN = Run()
 READING = SceneReading()
 CHECK = Check()
 TRADE = Measurement()
-NEXT = Background()
-ESTIMATE = Background()
-STAGES = Background()
-SAVE = Background()
-ROTATION = Background()
-MASK = Background(hears=False)
-SPOTS = Background(hears=False)
-JOBS = (TRADE, NEXT, ESTIMATE, STAGES, SAVE, ROTATION, MASK, SPOTS)
+NEXT: Background[Work] = Background()
+ESTIMATE: Background[Work] = Background()
+STAGES: Background[StageChoice] = Background()
+SAVE: Background[Work] = Background()
+ROTATION: Background[Work] = Background()
+MASK: Background[Work] = Background(hears=False)
+SPOTS: Background[Work] = Background(hears=False)
+# Of modules that import this one
+SAMPLE: Background[Any] = Background()
+PAIRING: Background[Any] = Background()
+JOBS = (TRADE, NEXT, ESTIMATE, STAGES, SAVE, ROTATION, MASK, SPOTS, SAMPLE)
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last read it.
@@ -276,11 +294,24 @@ SHAPES: dict[str, list[str]] = {}
 PROBLEMS: dict[str, list[Problem]] = {}
 
 
+def forget() -> None:
+    """Another file is open: what was said and found is about the one before, whose scenes may have
+    the same names."""
+    for kept in (PROBLEMS, EXPECTED, SHAPES, CHECK.contents):
+        kept.clear()
+    CHECK.forget()
+    for item in JOBS:
+        item.lines = []
+    if not RUN.is_active:
+        RUN.plan = RUN.result = RUN.folder = None
+        RUN.message, RUN.owners = "", {}
+
+
 def end() -> None:
     """Ends all that runs and waits for every thread: one that comes back from native code while
     Python ends takes the whole process with it."""
     CHECK.stop()
-    for item in (*JOBS, READING):
+    for item in (*JOBS, PAIRING, READING):
         item.stop()
     RUN.stop(keep=False)
     while RUN.left:

@@ -7,12 +7,15 @@ import json
 import re
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import blf
 import bpy
 
 from .messages import Messages
+
+if TYPE_CHECKING:
+    from ..scene_read.hosts import BpyStruct
 
 MESSAGES = Path(__file__).parent / "furniture" / "messages"
 
@@ -136,7 +139,7 @@ def _width(text: str, points: float) -> float:
     return float(blf.dimensions(0, text)[0])
 
 
-def field(layout: bpy.types.UILayout, data: Any, name: str) -> None:  # noqa: ANN401
+def field(layout: bpy.types.UILayout, data: BpyStruct, name: str) -> None:
     """A property so that the sidebar at its usual width cuts no label: switches and numbers have
     theirs inside, others have it to the left."""
     kind = data.bl_rna.properties[name]

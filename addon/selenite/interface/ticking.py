@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import TypeVar, cast
 
 import bpy
 
@@ -71,10 +71,10 @@ class ReadsScene(Ticking):
     tick = 0.05
 
     @abstractmethod
-    def _with(self, context: bpy.types.Context, found: Any) -> set[str]:  # noqa: ANN401
+    def _with(self, context: bpy.types.Context, found: object) -> set[str]:
         """Goes on with what was read. Returns what `modal` returns."""
 
-    def _read(self, context: bpy.types.Context, reading: Reading[Any]) -> set[str]:
+    def _read(self, context: bpy.types.Context, reading: Reading[object]) -> set[str]:
         """What `invoke` returns."""
         READING.job = ReadingJob(reading)
         answer = self._read_on(context)
@@ -167,7 +167,7 @@ class WorksInThread(ReadsScene, bpy.types.Operator):
         NativeUnavailable."""
 
     @abstractmethod
-    def _end(self, work: Any) -> set[str]:
+    def _end(self, work: object) -> set[str]:
         """Reports what `work` found, None where it was cancelled. Returns what operators return."""
 
     def _start(self, context: bpy.types.Context) -> bool:

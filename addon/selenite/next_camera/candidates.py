@@ -6,13 +6,16 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .. import native
 from ..problems import BadInput, Problem, listed
 from ..scene_read.values import CameraValues, SceneValues
+
+if TYPE_CHECKING:
+    from .._core import Scene
 
 #: Elevation in degrees and number of places: about as far from each other on every ring.
 _RINGS = ((12, 10), (38, 8), (62, 5), (85, 1), (-20, 8), (-50, 6))
@@ -88,8 +91,8 @@ def body_of(values: SceneValues, owners: Collection[str]) -> Body:
 
 
 def candidates(
-    values: SceneValues, scene: Any, photographed: Sequence[str], body: Body
-) -> list[Candidate]:  # noqa: ANN401
+    values: SceneValues, scene: Scene, photographed: Sequence[str], body: Body
+) -> list[Candidate]:
     """Places from which the body can be seen, and cameras of the scene without a photo.
 
     A place has the lens of the first photo's camera and the distance of the photos' cameras. It has
@@ -184,7 +187,7 @@ def _degrees(turn: float) -> float:
     return angle - 360 if angle > 180 else angle
 
 
-def _blocked(values: SceneValues, scene: Any, position: np.ndarray, body: Body) -> str:  # noqa: ANN401
+def _blocked(values: SceneValues, scene: Scene, position: np.ndarray, body: Body) -> str:
     """The object in the way, "" for none. Tested are the centre and a point near the end of
     each side of the box; what the body hides of itself does not count."""
     half = 0.4 * (body.high - body.low)

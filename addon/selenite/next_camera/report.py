@@ -5,13 +5,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..fit_run.captures.light_states import described, is_as_in_scene
 from .candidates import Candidate
 from .suggestion import Row, Suggestion
+
+if TYPE_CHECKING:
+    from ..json_text import JsonObject
 
 #: Name of the camera object that is made.
 NEW_CAMERA = "Next photo"
@@ -99,7 +102,7 @@ def table_rows(found: Suggestion) -> tuple[list[str], list[list[str]]]:
     return titles, rows
 
 
-def as_json(found: Suggestion) -> dict[str, Any]:
+def as_json(found: Suggestion) -> JsonObject:
     """All of it; errors are lists by component for a colour and null where not determined."""
     first = found.plan.captures[0].camera
     places = []
@@ -167,5 +170,5 @@ def _shown(errors: np.ndarray, known: np.ndarray) -> float | list[float | None] 
     return _plain([float(e) if ok else None for e, ok in zip(errors, known, strict=True)])
 
 
-def _plain(values: Sequence[Any]) -> Any:  # noqa: ANN401 - a value or a list of them
+def _plain(values: Sequence[float | None]) -> float | list[float | None] | None:
     return values[0] if len(values) == 1 else list(values)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
 from .candidates import Body, Candidate, body_of, candidates
+
+if TYPE_CHECKING:
+    from .._core import Scene
 
 #: Bounds of the samples of all passes but the first at a photo's camera.
 _LEAST_SPP, _MOST_SPP = 16, 256
@@ -58,7 +61,7 @@ class Suggestion:
     def __init__(
         self,
         plan: FitPlan,
-        scene: Any,  # noqa: ANN401
+        scene: Scene,
         body: Body,
         places: list[Candidate],
         model_error: fisher.ModelError = fisher.EXPLAINED,

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,8 +13,11 @@ from .baking.wanted import UV_NAME
 from .texture_values import TextureValues
 from .values import LightValues, MapValues, MaterialValues, MeshValues, SceneValues, greyed
 
+if TYPE_CHECKING:
+    from .._core import Scene, SceneBuilder
 
-def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no Python type
+
+def build(values: SceneValues) -> Scene:
     """Builds the native scene (ray tracing structure included; the GIL is released meanwhile).
 
     Raises ValueError for a value out of range and NativeUnavailable.
@@ -105,10 +109,10 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
 
 
 def _native_map(
-    builder: Any,  # noqa: ANN401
+    builder: SceneBuilder,
     textures: dict[TextureValues, int],
     found: MapValues,
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """The native form of a map; adds its texture if it is the first that uses it."""
     texture = found.texture
     index = _native_texture(builder, textures, texture) if texture is not None else None
@@ -117,7 +121,7 @@ def _native_map(
 
 
 def _native_texture(
-    builder: Any,  # noqa: ANN401
+    builder: SceneBuilder,
     textures: dict[TextureValues, int],
     texture: TextureValues,
 ) -> int:
@@ -134,11 +138,11 @@ def _native_texture(
 
 
 def _native_shader(
-    builder: Any,  # noqa: ANN401
+    builder: SceneBuilder,
     textures: dict[TextureValues, int],
     item: MaterialValues,
     values: SceneValues,
-) -> dict[str, Any] | None:
+) -> dict[str, object] | None:
     """The native form of a material's shader; adds its textures."""
     if item.shader is None:
         return None
@@ -166,14 +170,14 @@ def _colors(mesh: MeshValues, wanted: set[tuple[str, str]]) -> list[tuple[str, n
     return found
 
 
-def _add_light(builder: Any, light: LightValues) -> None:  # noqa: ANN401
-    add = {
+def _add_light(builder: SceneBuilder, light: LightValues) -> None:
+    add: dict[str, Callable[..., int]] = {
         "POINT": builder.add_point_light,
         "SUN": builder.add_sun_light,
         "SPOT": builder.add_spot_light,
         "AREA": builder.add_area_light,
-    }[light.kind]
-    index = add(
+    }
+    index = add[light.kind](
         light.name,
         light.matrix,
         light.power,

@@ -3,14 +3,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
-from typing import Any
 
 import numpy as np
 
 from ..problems import Problem
-from .values import SceneValues
+from .values import (
+    CameraValues,
+    LightValues,
+    MaterialValues,
+    MeshValues,
+    ObjectValues,
+    SceneValues,
+)
+
+_Named = CameraValues | MeshValues | ObjectValues | MaterialValues | LightValues
 
 _CURE = "give it finite numbers"
 #: Corners are judged by whether a material uses them; the native module mends normals.
@@ -19,7 +27,7 @@ _OF_CORNERS = ("corner_normals", "uv_maps", "colors")
 
 def not_finite(values: SceneValues) -> list[Problem]:
     """A problem for each thing with such a number that would be rendered."""
-    lists: tuple[tuple[str, list[Any]], ...] = (
+    lists: tuple[tuple[str, Sequence[_Named]], ...] = (
         ("Camera", values.cameras),
         ("Mesh", values.meshes),
         ("Object", values.objects),

@@ -9,6 +9,10 @@ from typing import Any, cast
 import bpy
 import numpy as np
 
+#: A struct whose properties depend on its kind, or on the version of Blender: the stubs of bpy know
+#: those of the base class, in one version.
+BpyStruct = Any
+
 _LINEAR_NAMES = {"Linear", "Linear Rec.709", "Linear BT.709", "Non-Color", "Raw", "Generic Data"}
 _SRGB_NAMES = {"sRGB", "sRGB OETF"}
 
@@ -125,7 +129,7 @@ def is_data(image: bpy.types.Image) -> bool:
 
 def set_linear(image: bpy.types.Image) -> None:
     """Its pixels are numbers that nothing decodes."""
-    cast(Any, image.colorspace_settings).name = "Non-Color"
+    cast(BpyStruct, image.colorspace_settings).name = "Non-Color"
 
 
 def add_group_output(tree: bpy.types.NodeTree, name: str, kind: str) -> None:
@@ -133,7 +137,7 @@ def add_group_output(tree: bpy.types.NodeTree, name: str, kind: str) -> None:
     if hasattr(tree, "interface"):  # 4.0 on
         tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
     else:
-        cast(Any, tree).outputs.new(kind, name)
+        cast(BpyStruct, tree).outputs.new(kind, name)
 
 
 def is_editable(block: bpy.types.ID) -> bool:
@@ -149,7 +153,7 @@ def group_uses(tree: bpy.types.NodeTree) -> int:
     return sum(getattr(node, "node_tree", None) == tree for other in trees for node in other.nodes)
 
 
-def whole_numbers(items: Any, name: str, each: int = 1) -> np.ndarray:  # noqa: ANN401 - any bpy list
+def whole_numbers(items: BpyStruct, name: str, each: int = 1) -> np.ndarray:  # any bpy list
     """(len(items) * each,) int32: a whole number, or an array of `each`, of every item.
 
     Of what it declares unsigned, Blender copies its memory into unsigned numbers; for signed ones
@@ -163,7 +167,7 @@ def whole_numbers(items: Any, name: str, each: int = 1) -> np.ndarray:  # noqa: 
     return found.view(np.int32)
 
 
-def floats(items: Any, name: str, each: int) -> np.ndarray:  # noqa: ANN401 - any bpy list
+def floats(items: BpyStruct, name: str, each: int) -> np.ndarray:  # any bpy list
     """(len(items), each) float32."""
     found = np.empty((len(items), each), np.float32)
     items.foreach_get(name, found.reshape(-1))
@@ -172,7 +176,7 @@ def floats(items: Any, name: str, each: int) -> np.ndarray:  # noqa: ANN401 - an
 
 def corner_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
     """(corners,) int32: the vertex of each corner of a face."""
-    attribute: Any = mesh.attributes.get(".corner_vert")
+    attribute: BpyStruct = mesh.attributes.get(".corner_vert")
     if attribute is not None:  # from 3.6 on, and much faster
         return whole_numbers(attribute.data, "value")
     return whole_numbers(mesh.loops, "vertex_index")
@@ -195,7 +199,7 @@ def corner_normals(mesh: bpy.types.Mesh, corners: np.ndarray, vertices: np.ndarr
     return _corner_normals_of_3(mesh, corners, vertices)
 
 
-def _corner_normals_of_3(mesh: Any, corners: np.ndarray, vertices: np.ndarray) -> np.ndarray:  # noqa: ANN401 - has what later versions lack
+def _corner_normals_of_3(mesh: BpyStruct, corners: np.ndarray, vertices: np.ndarray) -> np.ndarray:
     if mesh.use_auto_smooth:  # only then are there sharp edges and normals of one's own
         mesh.calc_normals_split()
         return np.take(floats(mesh.loops, "normal", 3), corners, axis=0)
@@ -231,7 +235,7 @@ def corner_colors(
     `corners`: loops, `vertices`: vertices of the triangles' corners.
     """
     found: list[tuple[str, np.ndarray]] = []
-    for index, attribute in enumerate(cast(Any, mesh.color_attributes)):
+    for index, attribute in enumerate(cast(BpyStruct, mesh.color_attributes)):
         colors = floats(attribute.data, "color", 4)[:, :3]  # bytes come decoded
         where = corners if attribute.domain == "CORNER" else vertices
         entry = (attribute.name, np.take(np.ascontiguousarray(colors), where, axis=0))
@@ -242,9 +246,9 @@ def corner_colors(
     return tuple(found)
 
 
-def color_attribute(mesh: bpy.types.Mesh, name: str) -> Any | None:
+def color_attribute(mesh: bpy.types.Mesh, name: str) -> BpyStruct | None:
     """The colour attribute of a name, "" for the one that renders; None if there is none."""
-    attributes = cast(Any, mesh.color_attributes)
+    attributes = cast(BpyStruct, mesh.color_attributes)
     if name:
         return attributes.get(name)
     index = attributes.render_color_index
@@ -275,7 +279,7 @@ def _curves(action: bpy.types.Action) -> Iterator[bpy.types.FCurve]:
                 yield from bag.fcurves
 
 
-def shadow_terminator(item: bpy.types.Object) -> Any:
+def shadow_terminator(item: bpy.types.Object) -> BpyStruct:
     """Who holds `shadow_terminator_geometry_offset` as Cycles reads it: in 4.5 the object itself
     (the same name in `item.cycles` is left over there and has no effect), in 3.4 `item.cycles`."""
     return item if hasattr(item, "shadow_terminator_geometry_offset") else item.cycles

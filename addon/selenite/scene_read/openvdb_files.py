@@ -133,7 +133,7 @@ def _module() -> ModuleType:
     return vdb
 
 
-def _made(vdb: ModuleType, grid: VdbGrid) -> Any:  # noqa: ANN401 - of the host's module
+def _made(vdb: ModuleType, grid: VdbGrid) -> Any:  # of the host's module
     made = vdb.Vec3SGrid() if grid.values.shape[3] == 3 else vdb.FloatGrid()
     made.name = grid.name
     values, start = grid.values, (0, 0, 0)
@@ -151,7 +151,7 @@ def _made(vdb: ModuleType, grid: VdbGrid) -> Any:  # noqa: ANN401 - of the host'
     return made
 
 
-def _dense(grid: Any, channels: int) -> VdbGrid:  # noqa: ANN401 - of the host's module
+def _dense(grid: Any, channels: int) -> VdbGrid:  # of the host's module
     label = f"grid '{grid.name}'"
     kinds = {1: ("float", "double"), 3: ("vec3s", "vec3d")}[channels]
     if grid.valueTypeName not in kinds:

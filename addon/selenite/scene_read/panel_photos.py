@@ -3,21 +3,20 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import bpy
 
 from .capture_request import GAMMA, LensDistortion
 
 
-def photo_fields(photo: bpy.types.PropertyGroup) -> dict[str, Any]:
+def photo_fields(photo: bpy.types.PropertyGroup) -> dict[str, object]:
     """Of the row's `how`, see interface.captures.photo; what is switched off is left out."""
-    found: dict[str, Any] = {
+    found: dict[str, object] = {
         "exclude": bpy.path.abspath(photo.exclude_path),
         "background": _background(photo),
         "response": _response(photo),
         "gain": "" if photo.gain == "NONE" else photo.gain.lower(),
         "align": True if photo.align else None,
+        "hold_out": photo.hold_out,
     }
     if photo.use_silhouette:
         found["silhouette"] = photo.silhouette

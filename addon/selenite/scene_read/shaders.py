@@ -102,7 +102,7 @@ class Shader:
     names: list[str] = field(default_factory=list)
     closures: list[Closure] = field(default_factory=list)
     flavour: str = "v2"
-    _known: dict[Any, Register] = field(default_factory=dict)
+    _known: dict[object, Register] = field(default_factory=dict)
 
     def literal(self, *numbers: float) -> Register:
         """One number, or three."""
@@ -153,11 +153,11 @@ class Shader:
         """What grows while the program is made, but for its closures."""
         return self.constants, self.literals, self.code, self.tables, self.textures, self.names
 
-    def known(self) -> dict[Any, Register]:
+    def known(self) -> dict[object, Register]:
         """A copy of what instructions gave so far."""
         return dict(self._known)
 
-    def forget(self, known: dict[Any, Register]) -> None:
+    def forget(self, known: dict[object, Register]) -> None:
         """Goes back to such a copy; whoever calls it cuts the lists."""
         self._known = dict(known)
 
@@ -267,7 +267,7 @@ class Shader:
     def _asks(code: Instruction, mode: str) -> bool:
         return code.op == "attribute" and code.mode == mode
 
-    def native(self, textures: list[int], *, physical_refraction: bool) -> dict[str, Any]:
+    def native(self, textures: list[int], *, physical_refraction: bool) -> dict[str, object]:
         """The form that `SceneBuilder.add_material` takes; `textures`: their numbers there."""
         first = {"constant": 0, "literal": len(self.constants)}
         first["code"] = first["literal"] + len(self.literals)

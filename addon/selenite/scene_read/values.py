@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -307,7 +306,7 @@ class BodyValues:
     found: Closedness
     fault: str = ""
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """Keys object, material, need, closed, fault, and the counts of Closedness."""
         return {
             "object": self.object,

@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -26,6 +26,9 @@ from .shading import materials, nodes, volumes
 from .shading.nodes import Unreadable
 from .shading.textures import TextureRoom
 from .values import GridValues, MaterialValues, MeshValues, Owner
+
+if TYPE_CHECKING:
+    from ..json_text import JsonObject
 
 _PRINCIPLED = "ShaderNodeVolumePrincipled"
 _CURE = "give its material a Principled Volume"
@@ -107,7 +110,7 @@ def write(
     material: bpy.types.Material,
     grids: Mapping[str, GridValues],
     path: str,
-) -> dict[str, Any]:
+) -> JsonObject:
     """Gives a Volume object an OpenVDB file at `path` with grids in world space (use -> grid), and
     for an albedo its Principled Volume the name of that grid and white. Other grids of its file
     stay. Returns what stood there before, for `put_back`. Raises Unreadable."""
@@ -144,9 +147,7 @@ def write(
     return before
 
 
-def put_back(
-    item: bpy.types.Object, material: bpy.types.Material, before: Mapping[str, Any]
-) -> None:
+def put_back(item: bpy.types.Object, material: bpy.types.Material, before: JsonObject) -> None:
     """What `write` returned. Raises Unreadable."""
     node = _principled(material, f"Object '{item.name}'")
     _data(item).filepath = before["filepath"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -61,7 +60,7 @@ class Expected:
             text += f", error {self.error:.2g}"
         return text + (f" ({'; '.join(remarks)})" if remarks else "")
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """Seconds, error (null where nothing is known) and the errors by name, null where not
         determined."""
         pairs = zip(self.unknowns, self.errors, strict=True)

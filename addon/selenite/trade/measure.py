@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Literal, TypedDict
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from ..fit_run.settings import FitSettings
 from . import choices
 from .choices import Choice
 
+if TYPE_CHECKING:
+    from .._core import FitResult
+
 #: Share of the budget for the photos, samples of one render of them, and their bounds.
 _PHOTO_SHARE, _PHOTO_CHUNK, _PHOTO_LEAST, _PHOTO_MOST = 0.15, 16, 64, 1024
 #: Beyond what a user can give as a seed: photos share no samples with fits.
@@ -33,19 +36,28 @@ _PRESETS_FIRST = 0.5
 Weights = Callable[[int], list[Capture]]  # height in pixels -> captures, for size and weight
 
 
+class Run(TypedDict):
+    """What was measured of one fit."""
+
+    seconds: float
+    cpu_seconds: float
+    errors: dict[str, float]  # by name
+    error: float
+
+
 @dataclass
 class Row:
-    """What was measured with one choice; a run is {seconds, cpu_seconds, errors by name, error}.
+    """What was measured with one choice.
 
     failure: why its fit came to no end; it is not run again.
     """
 
     choice: Choice
     expected_seconds: float
-    runs: list[dict[str, Any]] = field(default_factory=list)
+    runs: list[Run] = field(default_factory=list)
     failure: str = ""
 
-    def mean(self, key: str) -> float:
+    def mean(self, key: Literal["seconds", "cpu_seconds"]) -> float:
         """Over the runs; NaN without any."""
         return float(np.mean([run[key] for run in self.runs])) if self.runs else float("nan")
 
@@ -56,7 +68,7 @@ class Row:
 
     def errors(self) -> dict[str, float]:
         """The same for each unknown."""
-        names = self.runs[0]["errors"] if self.runs else ()
+        names = list(self.runs[0]["errors"]) if self.runs else []
         return {
             name: float(np.sqrt(np.mean([run["errors"][name] ** 2 for run in self.runs])))
             for name in names
@@ -217,7 +229,7 @@ def _urgency(row: Row) -> float:
     return row.expected_seconds * (_PRESETS_FIRST if row.choice.preset else 1.0)
 
 
-def _run(truth: FitPlan, plan: FitPlan, result: Mapping[str, Any]) -> dict[str, Any]:
+def _run(truth: FitPlan, plan: FitPlan, result: FitResult) -> Run:
     values = fitted_values(plan, dict(result))
     errors = {
         item.name: choices.error_of(item, values[item.owner, item.parameter.name])

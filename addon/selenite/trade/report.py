@@ -5,15 +5,17 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from .. import __version__
 from ..atomic_files import write_bytes
 from ..json_text import json_text
 from . import choices
 from .measure import Row, Trade
+
+if TYPE_CHECKING:
+    from ..json_text import JsonObject
 
 SCHEMA = 1
 COLUMNS = (
@@ -30,7 +32,7 @@ _NO_MATPLOTLIB = (
 )
 
 
-def report(trade: Trade) -> dict[str, Any]:
+def report(trade: Trade) -> JsonObject:
     """The content of trade.json. What was not run has null in its place."""
     measured = [row for row in trade.rows if row.runs]
     points = [(row.mean("seconds"), row.error()) for row in measured]
@@ -57,7 +59,7 @@ def report(trade: Trade) -> dict[str, Any]:
     }
 
 
-def write(content: Mapping[str, Any], folder: Path) -> dict[str, str | None]:
+def write(content: JsonObject, folder: Path) -> dict[str, str | None]:
     """trade.csv, trade.json and trade.png; each appears whole or not at all. Raises OSError.
 
     Returns {"csv", "json", "plot"}: paths; the plot's is None where there is none.
@@ -82,7 +84,7 @@ def write(content: Mapping[str, Any], folder: Path) -> dict[str, str | None]:
     return files
 
 
-def why_no_plot(content: Mapping[str, Any]) -> str:
+def why_no_plot(content: JsonObject) -> str:
     """Why there is a table but no plot; "" if there is one."""
     if not any(row["runs"] for row in content["settings"]):
         return _NOTHING
@@ -99,7 +101,7 @@ def _plotting() -> tuple[type, type] | None:
     return FigureCanvasAgg, Figure
 
 
-def plot(content: Mapping[str, Any]) -> bytes | None:
+def plot(content: JsonObject) -> bytes | None:
     """A PNG of error over seconds with the front and the presets; None: see `why_no_plot`."""
     found = _plotting()
     rows = [row for row in content["settings"] if row["runs"]]
@@ -144,7 +146,7 @@ def plot(content: Mapping[str, Any]) -> bytes | None:
     return image.getvalue()
 
 
-def _row(row: Row, on_front: bool) -> dict[str, Any]:
+def _row(row: Row, on_front: bool) -> JsonObject:
     settings = row.choice.settings
     errors = [run["error"] for run in row.runs]
     measured = bool(errors)

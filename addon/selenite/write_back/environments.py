@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any, cast
+from typing import TYPE_CHECKING, cast
 
 import bpy
 import numpy as np
@@ -22,6 +22,9 @@ from ..scene_read import hosts, view_layers
 from ..scene_read.shading import nodes, world
 from ..scene_read.values import SceneValues
 from . import datablock, write
+
+if TYPE_CHECKING:
+    from ..scene_read.hosts import BpyStruct
 
 _BEFORE = "selenite_environment_before"
 #: Marks the images that were made here, which go when nobody uses them any more.
@@ -52,7 +55,7 @@ def show_pixels(scene: bpy.types.Scene, values: SceneValues, pixels: np.ndarray)
     image = _image(f"{found.name} environment", pixels)
     tree, end = cast(bpy.types.NodeTree, inlet.id_data), inlet.node
     before = nodes.link_of(inlet)
-    note: dict[str, Any] = {
+    note: dict[str, object] = {
         "group": "" if tree == found.node_tree else tree.name,
         "inlet": [end.name, inlet.identifier],
         "link": None if before is None else [before.from_node.name, before.from_socket.identifier],
@@ -121,12 +124,12 @@ def _image(name: str, pixels: np.ndarray) -> bpy.types.Image:
     height, width = pixels.shape[:2]
     image = bpy.data.images.new(name, width, height, alpha=False, float_buffer=True)
     image[_MADE] = True
-    settings = cast(Any, image.colorspace_settings)
+    settings = cast("BpyStruct", image.colorspace_settings)
     known = [item.identifier for item in settings.bl_rna.properties["name"].enum_items]
     settings.name = next((item for item in _LINEAR if item in known), settings.name)
     stored = np.ones((height, width, 4), np.float32)
     stored[..., :3] = pixels[::-1]  # Blender's first row is the lowest
-    cast(Any, image.pixels).foreach_set(stored.ravel())
+    cast("BpyStruct", image.pixels).foreach_set(stored.ravel())
     image.update()
     image.pack()
     return image

@@ -12,7 +12,7 @@ import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, cast
 
 import bpy
 
@@ -23,6 +23,9 @@ from ..scene_read.shading import materials, nodes
 from ..scene_read.shading.nodes import Groups
 from ..scene_read.values import SceneValues
 from . import datablock
+
+if TYPE_CHECKING:
+    from ..scene_read.hosts import BpyStruct
 
 _BEFORE = "selenite_image_before"
 _MATERIAL = "selenite_image_material"
@@ -208,14 +211,14 @@ def _load(path: str) -> bpy.types.Image:
     if is_new:
         image[_LOADED] = True
         image.alpha_mode = "NONE"
-        settings = cast(Any, image.colorspace_settings)
+        settings = cast("BpyStruct", image.colorspace_settings)
         known = [item.identifier for item in settings.bl_rna.properties["name"].enum_items]
         settings.name = next((item for item in spaces if item in known), settings.name)
     problem = None
     if not has_space(image):
         cause = f"this Blender's colour management has no {' or '.join(spaces)}"
         problem = Problem(title, cause, "use the one that Blender comes with")
-    elif 0 in image.size or not len(cast(Any, image.pixels)):
+    elif 0 in image.size or not len(cast("BpyStruct", image.pixels)):
         problem = Problem(title, "it cannot be read as an image", "run the fit again")
     if problem is not None:
         if is_new:
@@ -278,19 +281,19 @@ def _tree_around(item: bpy.types.Node | bpy.types.NodeSocket) -> bpy.types.NodeT
     return cast(bpy.types.NodeTree, item.id_data)
 
 
-def _note(material: bpy.types.Material, tree: bpy.types.NodeTree) -> dict[str, Any]:
+def _note(material: bpy.types.Material, tree: bpy.types.NodeTree) -> dict[str, object]:
     """The head of a note; "" stands for the material's own tree."""
     return {"group": "" if tree == material.node_tree else tree.name}
 
 
-def _tree(material: bpy.types.Material, before: dict[str, Any]) -> bpy.types.NodeTree | None:
+def _tree(material: bpy.types.Material, before: dict[str, object]) -> bpy.types.NodeTree | None:
     if not before["group"]:
         return material.node_tree
     groups = [item for item in bpy.data.node_groups if hosts.is_editable(item)]
     return next((item for item in groups if item.name == before["group"]), None)
 
 
-def _link(socket: bpy.types.NodeSocket) -> list[Any] | None:
+def _link(socket: bpy.types.NodeSocket) -> list[object] | None:
     """Node, output and muting of what is linked to an input."""
     link = next(iter(socket.links), None)
     if link is None:

@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+from typing import TYPE_CHECKING, cast
 
 import bpy
 
 from ..scene_read.shading import nodes, world
+
+if TYPE_CHECKING:
+    from ..scene_read.hosts import BpyStruct
 
 
 def read(found: bpy.types.World) -> float:
@@ -25,7 +28,7 @@ def write(found: bpy.types.World, angle: float) -> None:
         if angle == 0:
             return
         socket = _new_mapping(place.inlet).inputs["Rotation"]
-    cast(Any, socket).default_value[2] = angle
+    cast("BpyStruct", socket).default_value[2] = angle
 
 
 def _new_mapping(inlet: bpy.types.NodeSocket) -> bpy.types.ShaderNodeMapping:

@@ -17,7 +17,8 @@ enum class Stream : std::uint64_t {
   kLightStart = 6,
   kRoughnessProfile = 7,
   kRotationStart = 8,
-  kAlignmentStart = 9
+  kAlignmentStart = 9,
+  kParts = 10
 };
 
 /// Hash of a seed and what its samples are for: neighbouring numbers share nothing.

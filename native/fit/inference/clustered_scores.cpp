@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/inference/clustered_scores.h"
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -53,6 +54,34 @@ void ClusteredScores::add(std::size_t pixel, const Vector& score, const Eigen::M
   }
 }
 
+/// By how much the step changes without a cluster that moves it by `moves` and has the share `leverage`
+/// of the normal matrix. What it alone tells cannot be judged by the others: its share counts as less
+/// than one.
+Vector ClusteredScores::deleted(const Vector& moves, const Eigen::MatrixXd& leverage) const {
+  const Eigen::Index n = moves.size();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> rest(Eigen::MatrixXd::Identity(n, n) - leverage,
+                                               Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Vector share = rest.singularValues().cwiseMax(1 - options_.most_leverage);
+  return rest.matrixV() * (rest.matrixU().transpose() * moves).cwiseQuotient(share);
+}
+
+Vector ClusteredScores::variance_of_photos(const std::vector<Eigen::Index>& free,
+                                           const Eigen::MatrixXd& inverse,
+                                           const Vector& step) const {
+  Vector sum = Vector::Zero(inverse.rows()), squares = sum;
+  double count = 0;
+  for (const Cluster& one : photos_) {
+    if ((one.score.array() == 0).all()) continue;
+    const Eigen::MatrixXd normal = one.normal(free, free);
+    const Vector change = deleted(inverse * (one.score(free) + normal * step), inverse * normal);
+    sum += change;
+    squares += change.cwiseAbs2();
+    ++count;
+  }
+  if (count < 2) return Vector::Zero(sum.size());
+  return (squares - sum.cwiseAbs2() / count).cwiseMax(0) * ((count - 1) / count);
+}
+
 Vector ClusteredScores::variance_of(const std::vector<Cluster>& clusters,
                                     const std::vector<Eigen::Index>& free,
                                     const Eigen::MatrixXd& inverse, const Vector& step) const {
@@ -85,7 +114,7 @@ Vector ClusteredScores::widening(const std::vector<Eigen::Index>& free,
           1 + options_.block_sigmas * std::sqrt(2 / count), 1);
   if (photos_.size() < options_.least_photos) return widest;
   const std::size_t freedom = photos_.size() - 1;
-  widen(variance_of(photos_, free, inverse, step), chi_square_ratio_99(freedom),
+  widen(variance_of_photos(free, inverse, step), chi_square_ratio_99(freedom),
         student_quantile_95(freedom) / kQuantile90);
   return widest;
 }

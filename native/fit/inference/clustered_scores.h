@@ -17,6 +17,7 @@ struct ClusterOptions {
   /// Standard deviations by which the scatter of blocks must exceed that of pixels to count.
   double block_sigmas = 3;
   std::size_t least_photos = 3;  ///< for a jackknife over them
+  double most_leverage = 0.9;    ///< share of a direction that a deleted photo may hold
 };
 
 /// What a group of pixels adds to the normal equations.
@@ -55,6 +56,11 @@ class ClusteredScores {
   /// Of their sum, by how the clusters scatter around their mean.
   Vector variance_of(const std::vector<Cluster>& clusters, const std::vector<Eigen::Index>& free,
                      const Eigen::MatrixXd& inverse, const Vector& step) const;
+  /// The same of the photos by a jackknife that deletes each in turn, in closed form: a photo that rules
+  /// the step has small scores, as these vanish where it wants the values.
+  Vector variance_of_photos(const std::vector<Eigen::Index>& free, const Eigen::MatrixXd& inverse,
+                            const Vector& step) const;
+  Vector deleted(const Vector& moves, const Eigen::MatrixXd& leverage) const;
 
   Eigen::Index n_ = 0;
   ClusterOptions options_;

@@ -28,6 +28,10 @@ class AlternativeMinima {
   void take(FitRun& run, const MinimaComparison& comparison);
   /// The alternative to be refined next, if there is one.
   std::optional<Alternative> next();
+  /// Weights that the answer does without.
+  const std::vector<AbsentWeight>& absent() const {
+    return (answer_ ? *answer_ : newest_).at.absent;
+  }
   void members(SavedState& state);
 
  private:

@@ -20,6 +20,25 @@ double count_of(const std::vector<Photo>& photos) {
   return count;
 }
 
+/// Iors that a line search finds.
+int searched_iors(const RenderPlan& plan) {
+  return plan.strategy.searches_ior() ? plan.count_of(Scale::kLogExcess) : 0;
+}
+
+bool restart_is_due(const RenderPlan& plan, bool first) {
+  if (!plan.strategy.prefers_low_roughness() || (first && !plan.strategy.searches_ior()))
+    return false;
+  return plan.count_of(Scale::kRoughness) > 0 || searched_iors(plan) > 0;
+}
+
+/// Also what stands in its place where nothing is to be compared: a validation.
+void plan_restart(RenderPlan& plan) {
+  const double candidates = plan.count_of(Scale::kRoughness) > 0 ? kExpected.restart_candidates : 1;
+  plan.validate(PhaseKind::kDescent, candidates);
+  plan.add(PhaseKind::kDescent, plan.pixels, plan.problem.settings().spp,
+           candidates * searched_iors(plan) * kExpected.line_search_renders, Carried::kNothing);
+}
+
 }  // namespace
 
 struct Descent::Next {
@@ -291,6 +310,45 @@ void Descent::members(SavedState& state) {
   else
     optimiser_->members(state);
   state(field_adam_, field_means_, restart_, done_, weighed_);
+}
+
+void Descent::plan(RenderPlan& plan) {
+  const BlockSchedule blocks = plan.strategy.blocks(plan.problem);
+  const FitSettings& settings = plan.problem.settings();
+  int iterations = blocks.iterations();
+  if (plan.strategy.refines && plan.problem.fields().empty() &&
+      plan.strategy.optimiser.averages_iterations)
+    iterations = std::min(iterations, kExpected.converged_after);
+  int scalar_iterations = 0;
+  if (plan.strategy.multi_start) plan.validate(PhaseKind::kDescent, 1);  // of the user's start
+  for (int i = 0; i < iterations; ++i) {
+    const Block block = blocks.block(i);
+    const bool starts_scalars = block.first && block.scalars;
+    const bool restarts = starts_scalars && restart_is_due(plan, scalar_iterations == 0);
+    const bool due = (block.first && (block.scalars || !plan.strategy.joint || i == 0)) ||
+                     (!plan.strategy.after_multi_start() && i % settings.validation_interval == 0);
+    if (restarts)
+      plan_restart(plan);
+    else if (due)
+      plan.validate(PhaseKind::kDescent, 1);
+    if (block.fields) {
+      // A loss that is no sum over pixels has its slopes from a render before.
+      const int renders = plan.strategy.joint || plan.problem.loss().per_pixel ? 1 : 2;
+      plan.add(PhaseKind::kDescent, plan.pixels, settings.spp, renders, Carried::kFieldDerivatives);
+    }
+    if (!block.scalars) continue;
+    if (plan.problem.fields().empty() || plan.problem.unknowns().size() > 0) {
+      Differences which = differences_of(plan.strategy.optimiser.purpose, scalar_iterations);
+      which.refractions = !plan.strategy.searches_ior();
+      plan.add(PhaseKind::kDescent, plan.pixels, settings.spp, 1,
+               plan.renders_of(plan.strategy.optimiser.purpose, which));
+    }
+    ++scalar_iterations;
+  }
+  if (restart_is_due(plan, false))
+    plan_restart(plan);
+  else
+    plan.validate(PhaseKind::kDescent, 1);
 }
 
 }  // namespace selenite

@@ -31,6 +31,7 @@ class Descent final : public Phase {
  public:
   explicit Descent(const FitRun& run, DescentOptions options = {});
 
+  static void plan(RenderPlan& plan);
   PhaseKind kind() const override { return PhaseKind::kDescent; }
   bool step(FitRun& run) override;
   double fraction() const override;

@@ -260,6 +260,28 @@ bool MultiStart::step(Evaluator& evaluator) {
   return ++round_ <= last_round();
 }
 
+bool MultiStart::cut_short() {
+  if (round_ > last_round()) return true;
+  if (round_ == 0) candidates_.resize(next_);  // the others have not been rendered
+  const std::size_t known = candidates_.size();
+  if (known < 2) return false;
+  result_.points = round_ == 0 ? static_cast<int>(known) : result_.points;
+  rank();
+  const auto worse = [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; };
+  const Candidate* chosen = &*std::ranges::min_element(candidates_, worse);
+  for (const Candidate& one : candidates_) {
+    if (!one.untouched) continue;
+    const NoisySum by(one.tiles - chosen->tiles);
+    result_.start_loss = one.loss;
+    result_.standard_error = by.deviation;
+    if (by.sum <= options_.sigmas * by.deviation) chosen = &one;
+  }
+  chosen_ = chosen->x;
+  result_.moved = !chosen->untouched;
+  result_.loss = chosen->loss;
+  return true;
+}
+
 void MultiStart::members(SavedState& state) {
   std::int64_t count = std::ssize(candidates_);
   state(count);

@@ -70,6 +70,9 @@ class MultiStart {
   void begin_at(const Vector& start);
   /// The next portion of the work; false when nothing is left. Throws what `evaluate` throws.
   bool step(Evaluator& evaluator);
+  /// Ends it with the best of what has been evaluated; the user's values lose only to what is better by
+  /// more than noise. False where nothing is known yet: then they stay.
+  bool cut_short();
   /// By the samples that are taken.
   double fraction() const;
   /// Once `step` has returned false: the values to go on from.

@@ -2,6 +2,7 @@
 #include "fit/phases/phases.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "fit/evaluate/seeds.h"
 
@@ -38,6 +39,27 @@ FieldGaussNewton at_best_fields(FitRun& run, FieldGaussNewton fields) {
   run.point.fields = *run.result.fields_best;
   fields.set_values(run.point.fields);
   return fields;
+}
+
+constexpr MultiStartOptions kSearched;
+
+void plan_search(RenderPlan& plan, const SceneModel& model, double pixels, double times) {
+  const auto evaluate = [&](double candidates, int spp) {  // in two halves
+    plan.add(PhaseKind::kMultiStart, pixels, spp / 2, times * 2 * candidates, Carried::kNothing);
+  };
+  const Point start{model.problem.unknowns.start(), {}};
+  const RenderPlan::Renders step =
+      plan.renders_of(model, plan.strategy.uniform ? start : plan.problem.start(),
+                      Purpose::kInstrumental, {alternating_side(0)});
+  evaluate(kSearched.points + 1, kSearched.first_spp);
+  const bool few = std::ssize(model.problem.unknowns.parameters()) < kExpected.few_parameters;
+  const double distinct = few ? kExpected.distinct : 1;
+  for (const auto& [count, steps] : kSearched.rounds) {
+    plan.add(PhaseKind::kMultiStart, pixels, kSearched.step_spp,
+             times * distinct * (count + 1) * steps, step);
+    evaluate(distinct * (count + 2), kSearched.step_spp);
+  }
+  evaluate(distinct * kExpected.last_candidates, kSearched.final_spp);
 }
 
 }  // namespace
@@ -115,6 +137,11 @@ bool MultiStartPhase::search(FitRun& run) {
   return true;
 }
 
+void MultiStartPhase::end_early(FitRun& run) {
+  const bool begun = (!light_ || light_->over()) && (!rotation_ || rotation_->over());
+  if (begun && multi_start_.cut_short()) hand_on(run);
+}
+
 void MultiStartPhase::hand_on(FitRun& run) {
   const Vector& x = multi_start_.values();
   run.result.search = multi_start_.result();
@@ -173,6 +200,101 @@ bool ComparisonPhase::step(FitRun& run) {
   if (run.stop_if_dropped()) return false;
   if (!more) minima_->take(run, *comparison_);
   return more;
+}
+
+void MultiStartPhase::plan(RenderPlan& plan) {
+  std::vector<Photo> small;
+  for (const Photo& photo : plan.problem.photos()) small.push_back(photo.resized(kSearched.size));
+  if (LightStart::of(plan.problem, 0)) {
+    constexpr LightStartOptions kLight;
+    plan.add(PhaseKind::kMultiStart, pixels_of(small), kLight.spp, kLight.passes,
+             Carried::kFieldDerivatives);
+  }
+  const SceneModel model = plan.strategy.uniform ? scene_model(plan.problem, *plan.strategy.uniform)
+                                                 : scene_model(plan.problem);
+  if (RotationStart::of(model.problem, 0)) {
+    constexpr RotationStartOptions kRotation;
+    std::vector<Photo> larger;
+    for (const Photo& photo : plan.problem.photos())
+      larger.push_back(photo.resized(kRotation.size));
+    plan.add(PhaseKind::kMultiStart, pixels_of(larger), kRotation.spp,
+             kRotation.angles + 2 * kRotation.halvings, Carried::kNothing);
+  }
+  double searches = 1;
+  if (const auto alignment = AlignmentStart::of(plan.problem.photos(), 0)) {
+    constexpr AlignmentStartOptions kStart;
+    if (alignment->may_move(kSearched.size)) ++searches;
+    std::vector<Photo> aligned;
+    std::ranges::copy_if(plan.problem.photos(), std::back_inserter(aligned), &Photo::align);
+    plan.add(PhaseKind::kMultiStart, pixels_of(aligned), kStart.spp, kStart.passes,
+             Carried::kNothing);
+  }
+  std::vector<Photo> searched;
+  const Scene scene = plan.problem.scene_at(plan.problem.start());
+  for (const std::size_t i : searched_photos(model.problem, scene)) searched.push_back(small[i]);
+  plan_search(plan, model, pixels_of(searched), searches);
+}
+
+void RefinementPhase::plan(RenderPlan& plan) {
+  constexpr RefinementOptions kOptions;
+  const int spp = plan.problem.settings().chosen_refinement_spp();
+  const auto pass_spp = [&](int share) {
+    return std::min(spp, std::max(spp / share, kOptions.least_of_pass));
+  };
+  const RenderPlan::Renders up = plan.renders_of(
+      Purpose::kInstrumental, {.side = alternating_side(0), .of_roughness = Side::kBoth});
+  if (!plan.strategy.optimiser.averages_iterations)
+    plan.add(PhaseKind::kRefinement, plan.pixels,
+             std::max(pass_spp(kFirstShare) / kOptions.derivative_share, kLeastOfDerivatives),
+             kOptions.warm_ups, up);
+  const auto pass = [&](int samples, double times) {
+    plan.add(PhaseKind::kRefinement, plan.pixels, samples, times, Carried::kNothing);
+    plan.add(PhaseKind::kRefinement, plan.pixels,
+             std::max(samples / kOptions.derivative_share / kJacobianPortions, kLeastOfDerivatives),
+             kJacobianPortions * times, up);
+  };
+  pass(pass_spp(kFirstShare), 1);
+  pass(pass_spp(kSecondShare), 1);
+  pass(spp, kExpected.passes - 2);
+  plan.validate(PhaseKind::kRefinement, 1);
+}
+
+/// A roughness looks sharp there, mostly, and is left out.
+void FieldRefinementPhase::plan(RenderPlan& plan) {
+  constexpr FieldRefinementOptions kOptions;
+  const int spp = field_pass_spp(plan.problem.settings());
+  const RenderPlan::Renders both = plan.renders_of(
+      Purpose::kInstrumental,
+      {.side = Side::kBoth, .of_roughness = Side::kBoth, .roughnesses = false, .picture = false});
+  const double informative = plan.pixels * kExpected.informative_pixels / kInformativePixels.one_of;
+  bool pilot = true;
+  for (const int share : kOptions.shares) {
+    const int of_pass = std::min(spp, std::max(spp / share, kOptions.least_of_pass));
+    const int derivatives = pilot ? of_pass * kOptions.pilot : of_pass / kOptions.share_after_pilot;
+    plan.add(PhaseKind::kRefinement, plan.pixels, of_pass, 1, Carried::kNothing);
+    plan.add(PhaseKind::kRefinement, plan.pixels,
+             std::max(derivatives / kJacobianPortions, kLeastOfDerivatives), kJacobianPortions,
+             both);
+    const int closer = kOptions.informative_samples * of_pass;
+    plan.add(PhaseKind::kRefinement, informative, closer, 1, Carried::kNothing);
+    plan.add(PhaseKind::kRefinement, informative,
+             closer / (kOptions.informative_derivative_share * kJacobianPortions),
+             kJacobianPortions, both);
+    pilot = false;
+  }
+  plan.validate(PhaseKind::kRefinement, 1);
+}
+
+void ComparisonPhase::plan(RenderPlan& plan) {
+  const int spp = plan.problem.settings().chosen_refinement_spp();
+  double alternatives = static_cast<double>(
+      plan.problem.unknowns().exchanged(plan.problem.unknowns().start()).size());
+  if (plan.strategy.multi_start && !plan.strategy.uniform) alternatives += kExpected.alternatives;
+  if (alternatives == 0) return;
+  const int of_round = std::max(spp / kAlternativeMinima.shares.front(),
+                                std::min(kAlternativeMinima.least_of_round, spp));
+  plan.add(PhaseKind::kComparison, plan.pixels, std::max(of_round / 2, 2), 2 * (1 + alternatives),
+           Carried::kNothing);
 }
 
 }  // namespace selenite

@@ -7,6 +7,7 @@
 #include "fit/phases/descent.h"
 #include "fit/phases/field_refinement.h"
 #include "fit/phases/multi_start.h"
+#include "fit/phases/parts/parts_phase.h"
 #include "fit/phases/roughness_profile.h"
 #include "fit/phases/starts/alignment_start.h"
 #include "fit/phases/starts/light_start.h"
@@ -18,8 +19,10 @@ namespace selenite {
 class MultiStartPhase final : public Phase {
  public:
   MultiStartPhase(FitRun& run, AlternativeMinima& minima);
+  static void plan(RenderPlan& plan);
   PhaseKind kind() const override { return PhaseKind::kMultiStart; }
   bool step(FitRun& run) override;
+  void end_early(FitRun& run) override;
   double fraction() const override;
   void members(SavedState& state) override;
 
@@ -43,6 +46,7 @@ class RefinementPhase final : public Phase {
   /// optimiser: whose instruments are taken; null: none.
   RefinementPhase(const FitRun& run, AlternativeMinima& minima, const Alternative& from,
                   const GaussNewton* optimiser);
+  static void plan(RenderPlan& plan);
   PhaseKind kind() const override { return PhaseKind::kRefinement; }
   bool step(FitRun& run) override;
   double fraction() const override { return refinement_.fraction(); }
@@ -59,6 +63,7 @@ class FieldRefinementPhase final : public Phase {
   FieldRefinementPhase(FitRun& run, FieldGaussNewton fields, const GaussNewton* optimiser,
                        bool roughness_known = false);
   const FieldRefinement& refinement() const { return refinement_; }
+  static void plan(RenderPlan& plan);
   PhaseKind kind() const override { return PhaseKind::kRefinement; }
   bool step(FitRun& run) override;
   double fraction() const override { return refinement_.fraction(); }
@@ -72,6 +77,7 @@ class ComparisonPhase final : public Phase {
  public:
   ComparisonPhase(std::unique_ptr<MinimaComparison> comparison, AlternativeMinima& minima)
       : comparison_(std::move(comparison)), minima_(&minima) {}
+  static void plan(RenderPlan& plan);
   PhaseKind kind() const override { return PhaseKind::kComparison; }
   bool step(FitRun& run) override;
   double fraction() const override { return comparison_->fraction(); }

@@ -120,4 +120,17 @@ void RoughnessProfile::members(SavedState& state) {
         moved_);
 }
 
+/// The refined values come first. Where a roughness is determined there is nothing to render.
+void RoughnessProfile::plan(RenderPlan& plan) {
+  constexpr RoughnessProfileOptions kOptions;
+  const double found = plan.count_of(Scale::kRoughness);
+  const double tries = found > 0 ? 1 + kExpected.profiled_roughnesses * found : 0;
+  plan.add(PhaseKind::kRoughnessProfile, plan.pixels,
+           plan.problem.settings().spp * kOptions.light_samples, tries * kOptions.passes,
+           Carried::kFieldDerivatives);
+  plan.add(PhaseKind::kRoughnessProfile, plan.pixels,
+           plan.problem.settings().chosen_validation_spp() * kOptions.samples, tries,
+           Carried::kNothing);
+}
+
 }  // namespace selenite

@@ -37,6 +37,7 @@ class RoughnessProfile final : public Phase {
   /// One whose state is about to be read.
   explicit RoughnessProfile(const FitRun& run);
 
+  static void plan(RenderPlan& plan);
   PhaseKind kind() const override { return PhaseKind::kRoughnessProfile; }
   bool step(FitRun& run) override;
   double fraction() const override;

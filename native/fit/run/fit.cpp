@@ -18,6 +18,21 @@ Fit::Fit(std::shared_ptr<FitProblem> problem)
     enter(std::make_unique<Descent>(run_));
 }
 
+std::vector<PlannedRenders> Fit::plan(const FitProblem& problem, const Strategy& strategy) {
+  RenderPlan plan(problem, strategy);
+  if (strategy.multi_start) MultiStartPhase::plan(plan);
+  Descent::plan(plan);
+  if (!strategy.refines) return plan.renders();
+  if (strategy.joint) {
+    FieldRefinementPhase::plan(plan);
+    if (strategy.profiles_roughness()) RoughnessProfile::plan(plan);
+    return plan.renders();
+  }
+  RefinementPhase::plan(plan);
+  ComparisonPhase::plan(plan);
+  return plan.renders();
+}
+
 bool Fit::step(Progress* progress) {
   if (run_.result.stopped != StopReason::kNone) return false;
   begun_ = true;
@@ -29,6 +44,7 @@ bool Fit::step(Progress* progress) {
     if (!more) enter(next_phase());
     return run_.result.stopped == StopReason::kNone;
   } catch (const Cancelled&) {
+    phase_->end_early(run_);
     return run_.stop(StopReason::kCancelled);
   } catch (const std::exception& error) {
     return run_.stop(StopReason::kError,
@@ -60,7 +76,7 @@ std::unique_ptr<Phase> Fit::next_phase() {
             run_, dynamic_cast<const FieldRefinementPhase&>(*phase_).refinement());
       if (auto comparison = minima_.comparison(run_))
         return std::make_unique<ComparisonPhase>(std::move(comparison), minima_);
-      return nullptr;
+      return PartsPhase::of(run_, minima_.absent());
     case PhaseKind::kRoughnessProfile: {
       const auto& profile = dynamic_cast<const RoughnessProfile&>(*phase_);
       if (!profile.moved()) return nullptr;
@@ -72,6 +88,8 @@ std::unique_ptr<Phase> Fit::next_phase() {
       // little about it.
       if (const auto alternative = minima_.next())
         return std::make_unique<RefinementPhase>(run_, minima_, *alternative, nullptr);
+      return PartsPhase::of(run_, minima_.absent());
+    case PhaseKind::kParts:
       return nullptr;
   }
   return nullptr;

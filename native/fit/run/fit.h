@@ -20,6 +20,9 @@ class Fit {
   Fit(Scene scene, std::vector<Photo> photos, const std::vector<UnknownParameter>& unknowns,
       FitSettings settings);
 
+  /// What the phases of a fit will render.
+  static std::vector<PlannedRenders> plan(const FitProblem& problem, const Strategy& strategy);
+
   /// A portion of a phase, in the descent one iteration. False when the fit is over. A cancelled step
   /// leaves values and history as they were before it and ends the fit.
   bool step(Progress* progress = nullptr);

@@ -127,10 +127,7 @@ void StagedFit::restore(std::string_view saved) {
   std::string format;
   std::int64_t count = 0;
   state(format);
-  if (format != kStagesFormat) {
-    if (stages_.size() > 1) damaged();
-    return fit_->restore(saved);  // as versions without native stages wrote it
-  }
+  if (format != kStagesFormat) damaged();
   state(count);
   if (count < 0 || count >= static_cast<std::int64_t>(stages_.size()))
     throw InvalidArgument("The saved state belongs to a run of other stages; start without it");

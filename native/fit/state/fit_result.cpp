@@ -15,6 +15,8 @@ const char* phase_text(PhaseKind phase) {
       return "refinement";
     case PhaseKind::kComparison:
       return "comparison";
+    case PhaseKind::kParts:
+      return "parts";
   }
   return "";
 }

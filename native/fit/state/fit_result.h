@@ -36,8 +36,8 @@ struct MultiStartResult {
   double standard_error = 0;  ///< of `loss` minus `start_loss`
 };
 
-enum class PhaseKind { kMultiStart, kDescent, kRefinement, kComparison, kRoughnessProfile };
-/// As shown to users: "multi-start", "descent", "refinement", "comparison".
+enum class PhaseKind { kMultiStart, kDescent, kRefinement, kComparison, kRoughnessProfile, kParts };
+/// As shown to users: "multi-start", "descent", "refinement", "comparison", "parts".
 const char* phase_text(PhaseKind phase);
 
 enum class StopReason { kNone, kIterations, kConverged, kTolerance, kCancelled, kDropped, kError };

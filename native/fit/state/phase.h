@@ -4,6 +4,7 @@
 #include <string>
 
 #include "fit/state/best_iterate.h"
+#include "fit/state/render_plan.h"
 #include "fit/state/strategy.h"
 
 namespace selenite {
@@ -51,6 +52,7 @@ struct FitRun {
 };
 
 /// A phase of a fit. It owns its state and saves it: a fit can be resumed in the midst of any phase.
+/// Beside what it does each kind has `static void plan(RenderPlan&)`, what that will render.
 class Phase {
  public:
   virtual ~Phase() = default;
@@ -58,6 +60,8 @@ class Phase {
   /// The next portion of the work; false when the phase is over or the fit has been stopped. After an
   /// exception (Cancelled, or an error) the phase is not continued.
   virtual bool step(FitRun& run) = 0;
+  /// Called once where a step was cancelled: hands on what is best so far.
+  virtual void end_early(FitRun&) {}
   /// Share of its work that is done.
   virtual double fraction() const = 0;
   virtual void members(SavedState& state) = 0;

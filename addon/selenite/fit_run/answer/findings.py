@@ -15,7 +15,6 @@ from ..diagnosis import still_falling
 from ..job import fitted_values
 from ..plan import FitPlan
 from ..unknowns import Unknown
-from .results import summary
 
 SURE, WEAK, OPEN, UNKNOWN = "SURE", "WEAK", "OPEN", "UNKNOWN"
 #: Half an interval that is longer than this share of the bounds, on the scale of the parameter, is
@@ -30,7 +29,7 @@ class Finding:
     """One fitted parameter. low and high: ends of the 90 % interval, () where there is none.
 
     sureness: SURE; WEAK for a long interval, a value at its bound, a roughness beside an unknown
-    image of the world, or photos that are not explained or have not converged;
+    image of the world, or photos that are far from explained or have not converged;
     OPEN where the photos do not determine it; UNKNOWN where no interval was computed.
     bar: both ends, and place: the value, between 0 and 1 of the bounds, means over channels.
     """
@@ -48,17 +47,18 @@ class Finding:
 
 @dataclass(frozen=True)
 class InShort:
-    """sentence: about the whole, and what to do next. report: everything, line by line."""
+    """sentence: about the whole, and what to do next. is_wrong: the pictures are to be compared
+    before the values are used."""
 
     sentence: str
     icon: str
-    report: tuple[str, ...]
+    is_wrong: bool = False
 
 
 def findings(plan: FitPlan, result: dict[str, Any]) -> list[Finding]:
     """In the order of the plan, without grids and images."""
     values = fitted_values(plan, result)
-    trusted = trust.explained(result) and not trust.unconverged(plan)
+    trusted = left_open(result) <= trust.CLOSE and not trust.unconverged(plan)
     return [
         _finding(item, values[item.owner, item.parameter.name], result, trusted=trusted)
         for item in plan.unknowns
@@ -67,10 +67,23 @@ def findings(plan: FitPlan, result: dict[str, Any]) -> list[Finding]:
 
 def in_short(plan: FitPlan, result: dict[str, Any]) -> InShort:
     """Whether the photos are explained, which values are open, and the next thing to do."""
-    found = findings(plan, result)
-    icon, text = _verdict(plan, found, result)
-    report = [*summary(plan, result), *result.get("notes", ())]
-    return InShort(text, icon, tuple(report))
+    icon, text = _verdict(plan, findings(plan, result), result)
+    kept = bool(result.get("kept_start")) and not trust.explained(result)
+    return InShort(text, icon, kept or _is_wrong(plan, result))
+
+
+def left_open(result: dict[str, Any]) -> float:
+    """Percent of the photos' brightness that is not explained, beyond noise; infinite where that is
+    not known."""
+    left = trust.misfit(result)
+    if left is None or left["hidden"]:
+        return math.inf
+    return 0.0 if left["explained"] else trust.unexplained_percent(result)
+
+
+def _is_wrong(plan: FitPlan, result: dict[str, Any]) -> bool:
+    share = left_open(result)
+    return trust.CLOSE < share < math.inf and not plan.fields
 
 
 def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) -> tuple[str, str]:
@@ -87,7 +100,7 @@ def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) ->
         )
     left = trust.misfit(result)
     if left is None:
-        if result["stopped"] == native.core().StopReason.CANCELLED and not fields:
+        if result.get("stopped") == native.core().StopReason.CANCELLED and not fields:
             return UNKNOWN, (
                 "Stopped before intervals were computed: let a fit end to know how sure the "
                 "values are."
@@ -107,11 +120,11 @@ def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) ->
             "Isolated bright pixels have much of the photos' light: values may be wrong by more "
             "than their intervals say. Render the photos with more samples and fit again."
         )
-    if not left["explained"] and not fields:
-        share = trust.unexplained_percent(result)
-        return OPEN if share > 10 else WEAK, (
-            f"{share:.1f} % of the photos' brightness is not explained: check lights, cameras and "
-            "geometry before you apply the values."
+    share = left_open(result)
+    if _is_wrong(plan, result):
+        return OPEN, (
+            f"Wrong camera or light? {share:.0f} % of the photos' brightness is not explained: "
+            "compare the pictures before you apply the values."
         )
     if trust.alternative_minima(result):
         return OPEN, (
@@ -122,15 +135,26 @@ def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) ->
     if undecided:
         count = f"{len(undecided)} of {len(found)} values are" if len(found) > 1 else "the value is"
         return OPEN, (
-            f"The photos are explained, but {count} not determined by them: add a photo (Suggest "
-            "Next Camera)."
+            f"{_match(share)}, but {count} not determined by the photos: add a photo (Suggest Next "
+            "Camera)."
+        )
+    if share > trust.GOOD:
+        return WEAK, (
+            f"{_match(share)}: {share:.1f} % of the photos' brightness is not explained. See the "
+            "pictures, then apply the values."
         )
     if any(item.sureness == WEAK for item in found):
         return WEAK, (
-            "The photos are explained; some values are known roughly only: apply them, or add a "
-            "photo."
+            f"{_match(share)}; some values are known roughly only: apply them, or add a photo."
         )
-    return SURE, "The photos are explained within noise: apply the values."
+    why = "the photos are explained within noise"
+    if share > 0:
+        why = f"{share:.1f} % of the photos' brightness is not explained"
+    return SURE, f"{_match(share)}: {why}. Apply the values."
+
+
+def _match(share: float) -> str:
+    return "Good match" if share <= trust.GOOD else "Close"
 
 
 def _finding(unknown: Unknown, value: Values, result: dict[str, Any], *, trusted: bool) -> Finding:

@@ -47,6 +47,15 @@ def at_result(
     return all_fields.with_fields(values, fields), constants
 
 
+def field_files(folder: Path) -> dict[str, Path]:
+    """Name -> file of each grid and image of a result folder. Raises BadInput."""
+    return {
+        name: folder / _file_of(row, folder)
+        for name, row in _rows(folder / RESULT).items()
+        if split_name(name)[1] in KINDS
+    }
+
+
 def _rows(path: Path) -> dict[str, dict[str, Any]]:
     """The parameters of result.json. Raises BadInput."""
     try:

@@ -89,7 +89,7 @@ def mismatches(
     say nothing of lights, and after a fit that was stopped: who stops one does not wait. Photos
     beyond `_MOST_SECONDS` are left out. May be interrupted between two pictures."""
     captures = plan.captures
-    if result["stopped"] == native.core().StopReason.CANCELLED:
+    if result.get("stopped") == native.core().StopReason.CANCELLED:
         return []
     if all(is_as_in_scene(item.lights) for item in captures):
         return []

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 import platform
@@ -28,8 +27,9 @@ from ..gauge import gauges
 from ..job import fitted_values, scene_at
 from ..pictures import comparison, plots, sheet
 from ..plan import FitPlan, paths_traced
-from ..unknowns import Unknown
+from . import aligned, gain_level, halves, hold_out
 from .fitted_scene import RESULT
+from .history_file import write_history
 
 SCHEMA = 1
 #: Pictures of a result folder beside those of each photo.
@@ -68,6 +68,8 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
             "unit": "1",
             **field.about(found, result.get("coverage", {}).get(field.name)),
         }
+        if (agreement := result.get("halves", {}).get(field.name)) is not None:
+            rows[field.name]["halves"] = agreement.as_json()
     of_stages = {"stages": result["stages"]} if "stages" in result else {}
     if plan.request.staging:
         of_stages["staging"] = plan.request.staging
@@ -96,6 +98,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "model": plan.model,
         "pictures": file_stems(item.id for item in plan.captures),
         "captures": {item.id: _capture_entry(item, result) for item in plan.captures},
+        "hold_out": hold_out.report(result["hold_out"]) if result.get("hold_out") else None,
         "warnings": [*plan.warnings, *result.get("notes", ())],
     } | of_stages
 
@@ -115,10 +118,10 @@ def _loss(result: dict[str, Any]) -> dict[str, Any]:
 def _capture_entry(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
     """The same for each photo, so that a reader need not ask whether its gain or shift was free."""
     given = {"gain": list(capture.gain), "gain_interval_90": None, "shift": [0.0, 0.0, 0.0]}
-    return given | _of_capture(capture, result)
+    return given | found_of_photo(capture, result)
 
 
-def _of_capture(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
+def found_of_photo(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
     """What the fit has found of a photo, and how much of it counts."""
     found: dict[str, Any] = dict(result.get("captures", {}).get(capture.id, {}))
     if "shift" in found:  # in pixels of the file
@@ -126,6 +129,9 @@ def _of_capture(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
         across, down, roll = alignment_of(capture, result)
         columns, rows = capture.photo_size
         found["shift"] = [across * columns / width, down * rows / height, math.degrees(roll)]
+        found["shift_believed"] = capture.id not in result.get("doubtful_shifts", ())
+    if "unexplained" in found and not found["unexplained"]:
+        found["unexplained"] = None  # noise may hide what is left
     return {**found, "mask_share": capture.mask_share, "isolated_light": capture.isolated}
 
 
@@ -136,7 +142,27 @@ def finished(
 ) -> dict[str, Any]:
     """The result with those texels of its images that no photo sees kept or filled, those of the
     world's continued from the others, and with the keys `coverage` (see `fields.images`) and
-    `fitted_means`, of all texels before that. Renders where there are images."""
+    `fitted_means`, of all texels before that. Renders where there are images. Unless it was stopped
+    also wider intervals of gains beside fields, `halves` of the photos of each image, and
+    `hold_out`: the photos that the fit has not seen beside their renders."""
+    doubts = aligned.doubtful(plan.captures, result)
+    notes = (*result.get("notes", ()), *aligned.sentences(doubts))
+    result = _with_images(plan, result | {"doubtful_shifts": doubts, "notes": notes}, progress)
+    if result.get("stopped") != native.core().StopReason.CANCELLED:
+        result = gain_level.widened(plan, result, progress)
+        result = result | {"halves": halves.of_images(plan, result, progress)}
+    if not plan.hold_out or result.get("stopped") == native.core().StopReason.CANCELLED:
+        return result
+    settings = plan.request.settings
+    rows = hold_out.compare_all(
+        scene_at(plan, result), plan.hold_out, settings, settings.picture_spp, progress
+    )
+    return result | {"hold_out": rows}
+
+
+def _with_images(
+    plan: FitPlan, result: dict[str, Any], progress: Callable[[str, float], None]
+) -> dict[str, Any]:
     if not any(item.kind.is_image or item.kind.is_environment for item in plan.fields):
         return result
     means = {item.name: item.mean(result["fields_best"][item.name]) for item in plan.fields}
@@ -180,10 +206,12 @@ def write_results(
         write_json(partial / RESULT, report)
         write_json(partial / "run.json", plan.request.as_json())
         numbers = {item.name for item in plan.fields if item.values.shape[-1] == 1}
-        _write_history(partial / "history.csv", result["history"], numbers)
+        write_history(partial / "history.csv", result["history"], numbers)
         for field in plan.fields:
             coverage = result.get("coverage", {}).get(field.name)
             field.write(partial, result["fields_best"][field.name], coverage)
+            if (agreement := result.get("halves", {}).get(field.name)) is not None:
+                agreement.write(partial / f"{field.stem}_halves.exr")
         log = _log(plan, report, result).encode(errors="backslashreplace")
         (partial / "log.txt").write_bytes(log)
         plots.write(partial / PLOTS, plan, result)
@@ -204,59 +232,21 @@ def size_of(plan: FitPlan) -> int:
     return pixels * _BYTES_OF_PIXEL + files * _BYTES_OF_FILE + fields
 
 
-def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
-    """One line per parameter, start and fitted value; then how sure they are."""
-    values = fitted_values(plan, result)
-    lines = []
-    for item in plan.unknowns:
-        value = values[item.owner, item.parameter.name]
-        unit = "" if item.parameter.unit == "1" else f" {item.parameter.unit}"
-        line = f"{item.name}: {_text(item.start)} -> {_text(value)}{unit}"
-        lines.append(line + _length(item, value, plan))
-    for field in plan.fields:
-        lines.append(f"{field.name}: {field_text(field, result)}")
-    # Without a photo of known gain the light has the level that the gains' prior gives it.
-    free = all(item.free_gain != "none" for item in plan.captures)
-    light = next((item.name for item in plan.fields if item.kind.is_environment and free), "")
-    lines += [line for item in plan.captures if (line := _photo_text(item, result, light))]
-    return lines + trust.sentences(plan, result)
-
-
-def _photo_text(capture: Capture, result: dict[str, Any], light: str = "") -> str:
-    """What the fit has found of a photo: its gain, with the interval where one is known, and its
-    shift. "" where nothing was free. light: the field at whose level the interval holds alone."""
-    found = _of_capture(capture, result)
-    parts = []
-    if "gain" in found:
-        single = capture.free_gain == "scalar"
-        gains, intervals = found["gain"], found["gain_interval_90"]
-        ends = [f"{low:.4g} to {high:.4g}" for low, high in intervals if math.isfinite(high)]
-        between = "; ".join(ends[:1] if single else ends)
-        gain = f"gain {_text(gains[:1] if single else gains)}"
-        given = f", at this level of {light}" if light else ""
-        parts.append(gain + (f" (90 %{given}: {between})" if between else ""))
-    if "shift" in found:
-        across, down, roll = found["shift"]
-        parts.append(f"shift {across:.2f}, {down:.2f} pixels, roll {roll:.2f} degrees")
-    return f"Photo {capture.id}: {', '.join(parts)}" if parts else ""
-
-
 def field_text(field: FieldUnknown, result: dict[str, Any]) -> str:
     """Means over the voxels or texels at the start and of the fitted values."""
-    return f"mean {_text(field.mean(field.values))} -> {_text(fitted_mean(field, result))}"
+    start, fitted = field_means(field, result)
+    return f"mean {_text(start)} -> {_text(fitted)}"
+
+
+def field_means(field: FieldUnknown, result: dict[str, Any]) -> tuple[Values, Values]:
+    """Over the voxels or texels: of the start and of the fitted values."""
+    return field.mean(field.values), fitted_mean(field, result)
 
 
 def fitted_mean(field: FieldUnknown, result: dict[str, Any]) -> Values:
     """As in the history: of the texels as they were fitted, before `finished`."""
     means: dict[str, Values] = result.get("fitted_means", {})
     return means.get(field.name) or field.mean(result["fields_best"][field.name])
-
-
-def _length(unknown: Unknown, value: Values, plan: FitPlan) -> str:
-    """What an extinction means as a length."""
-    if unknown.parameter.name != "extinction":
-        return ""
-    return f" (mean free path {mean_free_path.of(value, plan.millimetres).text()})"
 
 
 def _write_pictures(
@@ -292,38 +282,8 @@ def _write_pictures(
             native.image().write_png(str(folder / f"{stem}_{name}.png"), seen)
         rows[capture.id] = sheet.small(capture.reference, capture.weight, initial, final)
     sheet.of_fit(rows, comparison.ERROR_SCALE).write(folder / SHEET)
-
-
-def _write_history(path: Path, history: dict[str, Any], numbers: set[str]) -> None:
-    """One row per iteration; a value that was not measured is left empty. `numbers`: the fields
-    that hold no colours."""
-    columns: list[tuple[str, np.ndarray]] = [
-        (name, np.asarray(history[name]))
-        for name in ("stage", "iteration", "loss", "validation")
-        if name in history
-    ]
-    bias = np.asarray(history["mean_bias"])
-    columns += [(f"mean_bias_{c}", bias[:, i]) for i, c in enumerate("rgb")]
-    for name, values in history["values"].items():
-        values = np.asarray(values)
-        names = [name] if values.shape[1] == 1 else [f"{name}.{c}" for c in "rgb"]
-        columns += [(label, values[:, i]) for i, label in enumerate(names)]
-    for name, column in history["field_means"].items():
-        if name in numbers:
-            columns.append((f"{name} mean", column[:, 0]))
-        else:
-            columns += [(f"{name} mean.{c}", column[:, i]) for i, c in enumerate("rgb")]
-    with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
-        writer = csv.writer(file)
-        writer.writerow([name for name, _ in columns])
-        for row in range(len(bias)):
-            writer.writerow([_cell(values[row]) for _, values in columns])
-
-
-def _cell(value: Any) -> str:  # noqa: ANN401 - numpy scalars
-    if isinstance(value, np.integer):
-        return str(int(value))
-    return "" if math.isnan(value) else repr(float(value))
+    if result.get("hold_out"):
+        hold_out.write_sheet(result["hold_out"], folder / hold_out.SHEET)
 
 
 def _log(plan: FitPlan, report: dict[str, Any], result: dict[str, Any]) -> str:
@@ -354,8 +314,15 @@ def _log(plan: FitPlan, report: dict[str, Any], result: dict[str, Any]) -> str:
             for name, row in report["parameters"].items()
         ),
         *trust.sentences(plan, result),
+        *of_photos(result),
     ]
     return "\n".join(lines) + "\n"
+
+
+def of_photos(result: dict[str, Any]) -> list[str]:
+    """How far halves of the photos agree on an image, and how photos that were held out look."""
+    found = [item.sentence(name) for name, item in result.get("halves", {}).items()]
+    return found + (hold_out.sentences(result["hold_out"]) if result.get("hold_out") else [])
 
 
 def _plain(values: Values) -> float | list[float]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
 
 from ...json_text import read_json
 from ...paths import MISSING, why_not_file
@@ -65,7 +64,9 @@ def _unknown(title: str, key: str) -> Problem:
     return Problem(title, f"its key '{key}' is not known", choice(key, _KEYS))
 
 
-def _with_table(item: dict[str, Any], folder: Path, tables: dict[str, LampTable]) -> dict[str, Any]:
+def _with_table(
+    item: dict[str, object], folder: Path, tables: dict[str, LampTable]
+) -> dict[str, object]:
     """A capture whose lamps' places come from a table, with the places themselves. Raises
     ValueError."""
     name = item.get("transforms")

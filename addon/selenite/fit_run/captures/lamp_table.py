@@ -6,7 +6,6 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from ...paths import why_not_file
 
@@ -38,7 +37,7 @@ class LampTable:
             if any(cell.strip() for cell in row):
                 self._take(number, dict(zip(header, row, strict=False)), columns)
 
-    def of(self, identity: str, photo: str) -> dict[str, Any]:
+    def of(self, identity: str, photo: str) -> dict[str, object]:
         """Lamps of a photo: by its id, its file as it is given, its file's name with or without the
         ending. Raises ValueError where no row is about it."""
         names = (identity, photo, Path(photo).name, Path(photo).stem)

@@ -15,16 +15,17 @@ from ...scene_read.capture_request import CaptureRequest
 from ...scene_read.lamps import places as lamp_places
 from ...scene_read.values import LightValues, SceneValues
 
+#: What the native `Scene.with_lights` and a photo's `lights` take: {lamps: names of objects that
+#: are on, or None for all; world: bool; places: {name: (matrix, radiance scale)}}.
+LightState = Mapping[str, Any]
 #: All as in the scene.
-AS_IN_SCENE: Mapping[str, Any] = {"lamps": None, "world": True, "places": {}}
+AS_IN_SCENE: LightState = {"lamps": None, "world": True, "places": {}}
 
 
 def light_state(
     values: SceneValues, request: CaptureRequest, problems: list[Problem]
-) -> dict[str, Any]:
-    """What the native `Scene.with_lights` and a photo's `lights` take: {lamps: names of objects
-    that are on, or None for all; world; places: {name: (matrix, radiance scale)}}. What a scene
-    cannot show so goes to `problems`."""
+) -> LightState:
+    """The light state of a photo. What a scene cannot show so goes to `problems`."""
     who = f"Photo '{request.id or request.camera}'"
     lamps = _lamps(values, request, who, problems)
     placed: dict[str, tuple[LightValues, np.ndarray]] = {}
@@ -39,7 +40,7 @@ def light_state(
             problems.append(problem)
         else:
             placed[light.object or light.name] = light, lamp_places.placed(light, numbers)
-    places = {}
+    places: dict[str, tuple[np.ndarray, float | None]] = {}
     for name, (light, matrix) in placed.items():
         there = lamp_places.moved(light, matrix)
         places[name] = (there.matrix, there.radiance_scale)
@@ -68,12 +69,12 @@ def remarks(values: SceneValues, requests: Iterable[CaptureRequest]) -> list[str
     ]
 
 
-def is_as_in_scene(lights: Mapping[str, Any]) -> bool:
+def is_as_in_scene(lights: LightState) -> bool:
     """Whether a light state is that of the scene."""
     return lights["lamps"] is None and bool(lights["world"]) and not lights["places"]
 
 
-def key_of(lights: Mapping[str, Any]) -> tuple[Any, ...]:
+def key_of(lights: LightState) -> tuple[object, ...]:
     """Equal for equal light states, and hashable."""
     lamps = lights["lamps"]
     places = sorted(
@@ -83,13 +84,13 @@ def key_of(lights: Mapping[str, Any]) -> tuple[Any, ...]:
     return (None if lamps is None else tuple(sorted(lamps)), lights["world"], tuple(places))
 
 
-def most_common(states: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
+def most_common(states: Sequence[LightState]) -> LightState:
     """The light state that most photos have, of equal ones the first."""
     counts = Counter(key_of(item) for item in states)
     return max(states, key=lambda item: counts[key_of(item)], default=AS_IN_SCENE)
 
 
-def described(lights: Mapping[str, Any]) -> str:
+def described(lights: LightState) -> str:
     """A light state in words, for messages: "lamp 'Key'", "no lamp", "all lamps, world off"."""
     lamps = lights["lamps"]
     if lamps is None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias, TypedDict
 
 import numpy as np
 
@@ -22,11 +22,14 @@ from ..photos.response import NativeResponse, read_response
 from ..photos.silhouette import Silhouettes
 from ..photos.window import WHOLE, PhotoWindow, projection, window_of
 from .in_parallel import in_parallel
-from .light_states import AS_IN_SCENE, light_state
+from .light_states import AS_IN_SCENE, LightState, light_state
 
-#: How the warning begins that names them.
-LEFT_OUT = "Cameras without a photo are left out"
+if TYPE_CHECKING:
+    from ..._core import Frame, Photo
+    from ..._image import CountedInfo, PhotoInfo
 
+#: Names of cameras that a line has.
+_FEW = 3
 #: Why a pixel is not used, by its name in the counts of the native reader.
 _UNUSED = {
     "not_finite": "not finite",
@@ -42,6 +45,14 @@ Gain = tuple[float, float, float]
 #: Of a camera, in pixels of its picture to the right and down, and in radians about its axis.
 Alignment = tuple[float, float, float]
 UNALIGNED: Alignment = (0.0, 0.0, 0.0)
+
+
+class _Taken(TypedDict):
+    """How a photo was taken, whether its pixels are wanted or not."""
+
+    id: str
+    lights: LightState
+    gain: Gain
 
 
 @dataclass(frozen=True)
@@ -71,24 +82,24 @@ class Capture:
     gain: Gain = (1.0, 1.0, 1.0)
     free_gain: str = "none"
     align: bool = False
-    lights: Mapping[str, Any] = field(default_factory=lambda: dict(AS_IN_SCENE))
+    lights: LightState = field(default_factory=lambda: dict(AS_IN_SCENE))
     warnings: tuple[str, ...] = ()
     window: tuple[float, float, float, float] = WHOLE
     isolated: float = 0.0
     alignment: Alignment = UNALIGNED
 
     @property
-    def frame(self) -> tuple[Any, ...]:
+    def frame(self) -> Frame:
         """Aspect, width and height of the photo, and its window if it is cropped: makes a native
         render one of the reference."""
         return self._frame(*self.photo_size)
 
     @property
-    def frame_of_render(self) -> tuple[Any, ...]:
+    def frame_of_render(self) -> Frame:
         """The same of a picture that shows what the photo shows, with pixels of its own."""
         return self._frame(0, 0)
 
-    def _frame(self, width: int, height: int) -> tuple[Any, ...]:
+    def _frame(self, width: int, height: int) -> Frame:
         return frame_of(self.aspect, (width, height), self.window)
 
     @property
@@ -103,14 +114,14 @@ class Capture:
         aspect = self.aspect * (right - left) / (bottom - top)
         return aspect * height / width * camera.pixel_aspect_x / camera.pixel_aspect_y
 
-    def native(self) -> Any:  # noqa: ANN401 - a native Photo
+    def native(self) -> Photo:
         """With its pixels: what a fit compares with."""
         return native.core().Photo(
             self.camera, self.reference, self.weight, free_gain=self.free_gain, align=self.align,
             frame=self.frame, alignment=self.alignment, **self._taken(),
         )  # fmt: skip
 
-    def view(self, size: tuple[int, int] | None = None, *, of_file: bool = True) -> Any:  # noqa: ANN401 - a native Photo
+    def view(self, size: tuple[int, int] | None = None, *, of_file: bool = True) -> Photo:
         """Without pixels: what it shows, `size` (width, height) or that of the reference. of_file:
         as an area filter leaves the photo; else with pixels of its own."""
         rows, columns = self.reference.shape[:2]
@@ -122,7 +133,7 @@ class Capture:
             alignment=(across * width / columns, down * height / rows, roll), **self._taken(),
         )  # fmt: skip
 
-    def _taken(self) -> dict[str, Any]:
+    def _taken(self) -> _Taken:
         return {"id": self.id, "lights": self.lights, "gain": self.gain}
 
     def small(self, size: tuple[int, int]) -> Capture:
@@ -140,7 +151,7 @@ class Capture:
 
 def frame_of(
     aspect: float, size: tuple[int, int], window: tuple[float, float, float, float]
-) -> tuple[Any, ...]:
+) -> Frame:
     """What makes a native render one of a photo: see `Capture.frame`."""
     whole = (aspect, *size)
     return whole if window == WHOLE else (*whole, window)
@@ -169,7 +180,7 @@ def read_captures(
     lenses, used = KeptLenses(), set[str]()
     silhouettes = Silhouettes(scene, fitted)
     opened: list[_Opened | None] = []
-    states: list[Mapping[str, Any]] = []
+    states: list[LightState] = []
     said: list[list[Problem]] = []
     for request in requests:
         said.append([])
@@ -208,14 +219,23 @@ def read_captures(
             captures += [replace(capture, lights=lights)] if capture is not None else []
         problems += found
     warnings += lenses.remarks()
-    left_out = [name for name in cameras if name not in {item.camera for item in requests}]
-    if requests and left_out:
-        warnings.append(f"{LEFT_OUT}: {listed(left_out)}")
     return captures
 
 
+def without_photo(scene: SceneValues, requests: Sequence[CaptureRequest]) -> str:
+    """One line on the cameras that no photo belongs to; "" where there are none. It is no warning:
+    a fit does not need them."""
+    used = {item.camera for item in requests}
+    names = [camera.name for camera in scene.cameras if camera.name not in used]
+    if not names or not requests:
+        return ""
+    first = listed(names[:_FEW])
+    rest = f" and {len(names) - _FEW} more" if len(names) > _FEW else ""
+    return f"{len(names)} of {len(scene.cameras)} cameras have no photo: {first}{rest}"
+
+
 #: Reference, weight, inside, and what is known of photo and mask; or why there is none.
-_Decoded = tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, Any], Any] | Problem
+_Pixels: TypeAlias = "tuple[np.ndarray, np.ndarray, np.ndarray, PhotoInfo, CountedInfo | None]"
 
 
 @dataclass(frozen=True)
@@ -234,7 +254,7 @@ class _Opened:
     silhouette: np.ndarray | None
     remarks: list[str]
 
-    def decode(self, packed: Mapping[str, bytes]) -> _Decoded:
+    def decode(self, packed: Mapping[str, bytes]) -> _Pixels | Problem:
         """Its pixels at the working size; may run beside others."""
         request = self.request
         titles = _titles(request)
@@ -245,7 +265,7 @@ class _Opened:
                 as_file(request.mask, packed) as paths[titles[1]],
                 as_file(request.exclude, packed) as paths[titles[2]],
             ):
-                found: _Decoded = native.image().read_at_size(
+                found: _Pixels = native.image().read_at_size(
                     path, *self.working_size, paths[titles[1]] or None,
                     exclude=paths[titles[2]] or None, response=self.response,
                     counted=request.clip, corners=self.corners, within=self.silhouette,
@@ -310,7 +330,7 @@ def _open(
 
 def _finish(
     opened: _Opened,
-    decoded: _Decoded,
+    decoded: _Pixels | Problem,
     problems: list[Problem],
     warnings: list[str],
 ) -> Capture | None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,8 +14,11 @@ from ... import native
 from ..settings import FitSettings
 from .prepared import Alignment, Capture, Gain
 
+if TYPE_CHECKING:
+    from ..._core import Evaluator, Scene
 
-def evaluator(scene: Any, settings: FitSettings) -> Any:  # noqa: ANN401 - native Scene, Evaluator
+
+def evaluator(scene: Scene, settings: FitSettings) -> Evaluator:
     """Of pictures and derivatives at a scene's values, as a fit with these settings makes them."""
     return native.core().Evaluator(scene, depth=settings.depth, threads=settings.threads)
 
@@ -25,7 +28,7 @@ def as_found(capture: Capture, result: Mapping[str, Any] | None) -> Capture:
     return replace(capture, gain=gain_of(capture, result), alignment=alignment_of(capture, result))
 
 
-def as_reported(capture: Capture, report: Mapping[str, Any] | None) -> Capture:
+def as_reported(capture: Capture, report: Mapping[str, object] | None) -> Capture:
     """The same by result.json. Raises ValueError where a file holds no such numbers."""
     return replace(
         capture, gain=gain_of(capture, report), alignment=alignment_in_file(capture, report)
@@ -41,7 +44,7 @@ def like(capture: Capture, other: Capture | None) -> Capture:
     return replace(capture, gain=other.gain, alignment=(across * factor, down * factor, roll))
 
 
-def gain_of(capture: Capture, result: Mapping[str, Any] | None = None) -> Gain:
+def gain_of(capture: Capture, result: Mapping[str, object] | None = None) -> Gain:
     """The photo's gain: what a fit has found (`result`: its own or result.json), else the capture's
     own. Raises ValueError where a file holds something else than positive numbers."""
     rows = (result or {}).get("captures") or {}
@@ -69,7 +72,7 @@ def alignment_of(capture: Capture, result: Mapping[str, Any] | None) -> Alignmen
     return (across * scale, down * scale, roll)
 
 
-def alignment_in_file(capture: Capture, report: Mapping[str, Any] | None) -> Alignment:
+def alignment_in_file(capture: Capture, report: Mapping[str, object] | None) -> Alignment:
     """The same by result.json, where a shift is in pixels of the photo and degrees. Raises
     ValueError where it holds something else than three numbers."""
     rows = (report or {}).get("captures") or {}

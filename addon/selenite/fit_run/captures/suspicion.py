@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from ... import native
 from ..photos.background import Background, border
 from ..photos.silhouette import Silhouettes
 from .prepared import Capture
+
+if TYPE_CHECKING:
+    from ..._core import Scene
 
 #: Largest difference of one colour in sRGB code values: what compression leaves.
 _EVEN = 0.02
@@ -26,7 +29,7 @@ _BLACK, _BRIGHTER, _OTHER = 0.01, 4.0, 1.5
 
 def remark(
     capture: Capture,
-    scene: Any,  # noqa: ANN401 - a native Scene
+    scene: Scene,
     silhouettes: Silhouettes,
     depth: int,
     threads: int,

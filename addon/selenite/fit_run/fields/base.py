@@ -7,7 +7,7 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from ..field_kinds import FieldKind
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from ..unknowns import of_object
+
+if TYPE_CHECKING:
+    from ..._core import Scene, Unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +45,7 @@ class FieldUnknown(ABC):
         """As in `Body:albedo_grid`."""
         return parameters.join_name(self.owner, self.kind.parameter)
 
-    def native(self) -> Any:  # noqa: ANN401 - a native Unknown
+    def native(self) -> Unknown:
         """What the native Fit takes; the start is the scene's."""
         return native.core().Unknown(
             self.owner, self.kind.parameter, self.minimum, self.maximum,
@@ -63,7 +66,7 @@ class FieldUnknown(ABC):
         """The scene with the start in it."""
 
     @abstractmethod
-    def placed(self, scene: Any, values: np.ndarray) -> Any:  # noqa: ANN401
+    def placed(self, scene: Scene, values: np.ndarray) -> Scene:
         """The native scene, which has the field, with other values in it."""
 
     @abstractmethod
@@ -91,7 +94,7 @@ class FieldUnknown(ABC):
         """Writes them. coverage: of an image, see `images.coverage`. Raises OSError."""
 
     @abstractmethod
-    def about(self, values: np.ndarray, coverage: np.ndarray | None) -> dict[str, Any]:
+    def about(self, values: np.ndarray, coverage: np.ndarray | None) -> dict[str, object]:
         """What result.json says of its size and files."""
 
 

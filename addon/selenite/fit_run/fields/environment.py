@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from ..request import UnknownRequest
 from ..settings import FitSettings
 from ..unknowns import Unknown
 from .base import FieldUnknown, picture_of, rate_of, whole_number
+
+if TYPE_CHECKING:
+    from ..._core import Scene
 
 #: Texels where the request names none, and the fewest and most.
 USUAL_SIZE, LEAST_SIZE, MOST_SIZE = 512, 8, 2048
@@ -62,7 +65,7 @@ class EnvironmentUnknown(FieldUnknown):
         world = replace(scene.world, color=white, image=self.start, to_map=np.eye(3), rotation=0.0)
         return replace(scene, world=world)
 
-    def placed(self, scene: Any, values: np.ndarray) -> Any:  # noqa: ANN401
+    def placed(self, scene: Scene, values: np.ndarray) -> Scene:
         """The native scene, which has the image, with another one in it."""
         return scene.with_environment(values)
 
@@ -85,7 +88,7 @@ class EnvironmentUnknown(FieldUnknown):
         native.image().write_exr(image, np.ascontiguousarray(values, np.float32))
         native.image().write_png(view, view_of(values))
 
-    def about(self, values: np.ndarray, coverage: np.ndarray | None) -> dict[str, Any]:
+    def about(self, values: np.ndarray, coverage: np.ndarray | None) -> dict[str, object]:
         """Texels across and down, the share of them that photos see, and the files."""
         share = {} if coverage is None else {"seen": float(seen(coverage).mean())}
         return {"texels": [int(n) for n in values.shape[1::-1]], **share, "files": self.files}
@@ -102,7 +105,7 @@ def view_of(values: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(shown, np.float32)
 
 
-def coverage(field: EnvironmentUnknown, scene: Any, captures: Sequence[Capture]) -> np.ndarray:  # noqa: ANN401
+def coverage(field: EnvironmentUnknown, scene: Scene, captures: Sequence[Capture]) -> np.ndarray:
     """(h, w): what all photos, pixels weighted as they count, change by with a texel, over its
     share of the sphere. scene: native, with the image."""
     total = np.zeros(field.values.shape[:2])

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from ..request import UnknownRequest
 from ..settings import FitSettings
 from ..unknowns import Unknown
 from .base import FieldUnknown, is_share, material_of, rate_of, share_bounds, whole_number
+
+if TYPE_CHECKING:
+    from ..._core import Scene
 
 #: Largest density by default, in largest densities of the start.
 DENSITY_RANGE = 10.0
@@ -49,7 +52,7 @@ class GridUnknown(FieldUnknown):
         """The scene with the start in it."""
         return with_grids(scene, {self.owner: {self.kind.use: self.start}})
 
-    def placed(self, scene: Any, values: np.ndarray) -> Any:  # noqa: ANN401
+    def placed(self, scene: Scene, values: np.ndarray) -> Scene:
         """The native scene, which has the grid, with other values in it."""
         return scene.with_grid(self.owner, self.kind.use, values)
 
@@ -69,7 +72,7 @@ class GridUnknown(FieldUnknown):
         grid_files.write_npy(folder / npy, values)
         grid_files.write_vol(folder / vol, values, *self.box())
 
-    def about(self, values: np.ndarray, coverage: np.ndarray | None) -> dict[str, Any]:
+    def about(self, values: np.ndarray, coverage: np.ndarray | None) -> dict[str, object]:
         """Voxels along x, y and z, and the files."""
         return {"voxels": [int(n) for n in values.shape[2::-1]], "files": self.files}
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,6 +29,9 @@ from .base import (
     share_bounds,
     whole_number,
 )
+
+if TYPE_CHECKING:
+    from ..._core import Scene
 
 #: Texels along each side where the request names none, and at most.
 USUAL_TEXELS, MOST_TEXELS = 256, 8192
@@ -74,7 +77,7 @@ class ImageUnknown(FieldUnknown):
         ]
         return replace(scene, materials=materials)
 
-    def placed(self, scene: Any, values: np.ndarray) -> Any:  # noqa: ANN401
+    def placed(self, scene: Scene, values: np.ndarray) -> Scene:
         """The native scene, which has the image, with other texels in it."""
         return scene.with_image(self.owner, values)
 
@@ -104,7 +107,7 @@ class ImageUnknown(FieldUnknown):
             grey = np.clip(coverage / (2 * usual), 0, 1) if usual > 0 else coverage
             native.image().write_png(seen, native.image().srgb_decode(grey.astype(np.float32)))
 
-    def about(self, values: np.ndarray, coverage: np.ndarray | None) -> dict[str, Any]:
+    def about(self, values: np.ndarray, coverage: np.ndarray | None) -> dict[str, object]:
         """Texels across and down, the share of them that the photos see, and the files."""
         files = self.files if coverage is not None else self.files[:1]
         of_coverage = {} if coverage is None else {"seen": float(seen(coverage).mean())}
@@ -142,7 +145,7 @@ def image_unknown(
     )  # fmt: skip
 
 
-def coverage(field: ImageUnknown, scene: Any, captures: Sequence[Capture]) -> np.ndarray:  # noqa: ANN401
+def coverage(field: ImageUnknown, scene: Scene, captures: Sequence[Capture]) -> np.ndarray:
     """(h, w) float32: what all photos, pixels weighted as they count, change by with a texel.
 
     scene: native, with the image. The sum over the photos of the derivative of each one's mean.
@@ -165,7 +168,7 @@ def seen(found: np.ndarray) -> np.ndarray:
 def finished(
     fields: Sequence[FieldUnknown],
     arrays: Mapping[str, np.ndarray],
-    scene: Any,  # noqa: ANN401
+    scene: Scene,
     captures: Sequence[Capture],
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:

@@ -8,11 +8,14 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ... import native
 from ...problems import Problem
 from ...scene_read.capture_request import PACKED
+
+if TYPE_CHECKING:
+    from ..._image import PictureInfo
 
 #: Of the shapes of mask and photo, as in the native reader.
 MASK_TOLERANCE = 0.05
@@ -26,7 +29,7 @@ def header(
     packed: Mapping[str, bytes],
     *,
     as_linear: bool,
-) -> Mapping[str, Any] | None:
+) -> PictureInfo | None:
     """What the header of a photo or mask says; None, with a problem, if it cannot be read."""
     if not name.startswith(PACKED) and not Path(name).is_file():
         problems.append(Problem(title, "the file does not exist", "correct the path"))

@@ -4,7 +4,7 @@ background together, without the rim."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from ...problems import Problem
 from ...scene_read.capture_request import CaptureRequest
 from .background import Background
 from .silhouette import Silhouettes
+
+if TYPE_CHECKING:
+    from ..._core import Frame
 
 #: Pixels of the working size that are taken off wherever a mask ends: camera and geometry are
 #: seldom known better.
@@ -34,7 +37,7 @@ def background_of(request: CaptureRequest, problems: list[Problem]) -> Backgroun
 def within_silhouette(
     request: CaptureRequest,
     size: tuple[int, int],
-    frame: tuple[Any, ...],
+    frame: Frame,
     silhouettes: Silhouettes,
     problems: list[Problem],
 ) -> np.ndarray | None:

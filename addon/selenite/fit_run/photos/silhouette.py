@@ -5,13 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ... import native
 from ...scene_read.build import build
 from ...scene_read.values import MaterialValues, SceneValues, WorldValues
+
+if TYPE_CHECKING:
+    from ..._core import Frame, Scene
 
 #: Samples of a pixel: one that has less than all of them on the objects is at their rim.
 _SPP = 16
@@ -23,14 +26,14 @@ class Silhouettes:
     def __init__(self, values: SceneValues, materials: Collection[str]) -> None:
         self._values = values
         self._asked = frozenset(materials)
-        self._scene: Any = None
+        self._scene: Scene | None = None
 
-    def inside(self, camera: str, frame: tuple[Any, ...], size: tuple[int, int]) -> np.ndarray:
+    def inside(self, camera: str, frame: Frame, size: tuple[int, int]) -> np.ndarray:
         """(h, w) bool: pixels that show nothing else. Size and errors as of `coverage`."""
         covered: np.ndarray = self.coverage(camera, frame, size) > 1 - 0.5 / _SPP
         return covered
 
-    def coverage(self, camera: str, frame: tuple[Any, ...], size: tuple[int, int]) -> np.ndarray:
+    def coverage(self, camera: str, frame: Frame, size: tuple[int, int]) -> np.ndarray:
         """(h, w): the share of each pixel that shows them. size: (width, height). Raises ValueError
         for a scene that the native module refuses."""
         if self._scene is None:

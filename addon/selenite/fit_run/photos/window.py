@@ -18,6 +18,8 @@ from .files import pixels, same_aspect
 
 #: (left, top, right, bottom) in [0, 1] of a photo that is not cropped.
 WHOLE = (0.0, 0.0, 1.0, 1.0)
+#: The kind of the Problem of a photo whose shape is not that of its camera.
+ASPECT = "aspect"
 #: Exif orientations that exchange width and height when a viewer shows the photo.
 _ON_ITS_SIDE = (5, 6, 7, 8)
 
@@ -92,7 +94,7 @@ def window_of(
             f"give its 'size', {list(file_size)} for a whole photo, in the captures or the panel, "
             "or change the resolution of the scene to the same aspect"
         )
-        problems.append(Problem(title, cause, cure))
+        problems.append(Problem(title, cause, cure, ASPECT))
         return None
     return PhotoWindow(size, crop, camera.aspect)
 

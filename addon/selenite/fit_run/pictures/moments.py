@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from ..captures.render import as_found, evaluator
 from ..job import scene_at
 from ..plan import FitPlan
 from ..staging.plan import constants
+
+if TYPE_CHECKING:
+    from ..._core import FitResult, ProgressToken, Scene
 
 START, RESULT = -1, -2
 #: Samples per pixel of a pass. A picture of an iteration has one; start and result have as many as
@@ -33,7 +36,7 @@ class Moments:
     """Renders on demand and keeps what was rendered last. The object may be asked from one thread
     while `render` works in another: what is shared is replaced as a whole."""
 
-    def __init__(self, plan: FitPlan, result: dict[str, Any]) -> None:
+    def __init__(self, plan: FitPlan, result: FitResult) -> None:
         self.plan = plan
         self.result = result
         self._kept: OrderedDict[Moment, np.ndarray] = OrderedDict()
@@ -53,7 +56,7 @@ class Moments:
         columns = self.result["history"]["values"]
         return {name: tuple(map(float, np.ravel(rows[row]))) for name, rows in columns.items()}
 
-    def scene(self, row: int) -> Any:  # noqa: ANN401 - a native Scene
+    def scene(self, row: int) -> Scene:
         """With these values. Of grids and images the history keeps means alone: those of the result
         stand at every moment but the start."""
         if row == START:
@@ -67,7 +70,7 @@ class Moments:
         """The picture, where it was rendered before."""
         return self._kept.get(moment)
 
-    def render(self, moment: Moment, progress: Any = None) -> np.ndarray:  # noqa: ANN401
+    def render(self, moment: Moment, progress: ProgressToken | None = None) -> np.ndarray:
         """(h, w, 3), as the photo would show it: aligned, times its gain. Raises RuntimeError where
         `progress`, a native ProgressToken, was cancelled."""
         found = self._kept.get(moment)
@@ -76,7 +79,7 @@ class Moments:
             self._keep(moment, found)
         return found
 
-    def _rendered(self, moment: Moment, progress: Any) -> np.ndarray:  # noqa: ANN401
+    def _rendered(self, moment: Moment, progress: ProgressToken | None) -> np.ndarray:
         """In passes of few samples: a render can be cancelled between two tiles, and a tile takes
         as long as it has samples."""
         capture = self.plan.captures[moment.photo]

@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from ..plan import FitPlan
 from ..unknowns import labels
 from .canvas import FAINT, GRID, INK, Canvas, Colour
 from .glyphs import width_of
+
+if TYPE_CHECKING:
+    from ..._core import FitResult, History
 
 _BLUE: Colour = (0.12, 0.36, 0.7)
 _ORANGE: Colour = (0.85, 0.42, 0.08)
@@ -90,8 +93,8 @@ def _grid(count: int, room: tuple[int, int] | None) -> tuple[int, tuple[int, int
 
 def of_fit(
     plan: FitPlan,
-    history: Mapping[str, Any],
-    result: Mapping[str, Any] | None = None,
+    history: History,
+    result: FitResult | None = None,
     mark: float | None = None,
 ) -> list[Plot]:
     """Loss first, then each parameter and the mean of each grid or image. history: as of the native
@@ -131,7 +134,7 @@ def of_fit(
     return found
 
 
-def write(path: Path, plan: FitPlan, result: Mapping[str, Any]) -> None:
+def write(path: Path, plan: FitPlan, result: FitResult) -> None:
     """The page of a fit that has ended, as PNG. Raises OSError."""
     page(of_fit(plan, result["history"], result)).write(path)
 
@@ -165,9 +168,7 @@ def decades(low: float, high: float, most: int = 5) -> list[float]:
     return found if len(found) > 1 else ticks(low, high, most)
 
 
-def _loss(
-    history: Mapping[str, Any], x: np.ndarray, best: float | None, stages: Sequence[float]
-) -> Plot:
+def _loss(history: History, x: np.ndarray, best: float | None, stages: Sequence[float]) -> Plot:
     loss = np.asarray(history["loss"], float)
     validation = np.asarray(history["validation"], float)
     curves = [Curve(loss, _BLUE, "loss")]
@@ -188,7 +189,7 @@ def _channels(values: np.ndarray) -> list[Curve]:
     ]
 
 
-def _stage_starts(history: Mapping[str, Any], x: np.ndarray) -> list[float]:
+def _stage_starts(history: History, x: np.ndarray) -> list[float]:
     if "stage" not in history or not len(x):
         return []
     changes = np.flatnonzero(np.diff(np.asarray(history["stage"]))) + 1
@@ -243,16 +244,23 @@ def _draw(canvas: Canvas, plot: Plot, left: int, top: int, size: tuple[int, int]
         if curve.dots and len(points) <= 60:
             for px, py in points:
                 canvas.dot(px, py, curve.colour, 2)
-    canvas.text(x0, top + 6, plot.title, size=15, width=x1 - x0 - 4)
     right = float(x1)
-    for curve in reversed([item for item in plot.curves if item.name]):
-        canvas.text(right, top + 7, curve.name, size=13, align=1, colour=curve.colour)
-        right -= 9 + width_of(curve.name, 13)
+    for name, colour in reversed(_legend(plot, x1 - x0)):
+        canvas.text(right, top + 7, name, size=13, align=1, colour=colour)
+        right -= 9 + width_of(name, 13)
+    canvas.text(x0, top + 6, plot.title, size=15, width=right - x0)
     if plot.bounds:
         after = x0 + 10 + width_of(plot.title, 15)
         text = f"{plot.bounds[0]:.4g} to {plot.bounds[1]:.4g}"
         if width_of(text, 12) <= right - after:
             canvas.text(after, top + 8, text, size=12, colour=_BOUND)
+
+
+def _legend(plot: Plot, width: float) -> list[tuple[str, Colour]]:
+    """Names of the curves; their first letters where whole ones would leave the title no room."""
+    found = [(item.name, item.colour) for item in plot.curves if item.name]
+    needed = width_of(plot.title, 15) + sum(9 + width_of(name, 13) for name, _ in found)
+    return found if needed <= width else [(name[:1], colour) for name, colour in found]
 
 
 def _range(plot: Plot) -> tuple[float, float]:

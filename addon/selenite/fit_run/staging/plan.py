@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ... import native, parameters
 from ...parameters import Values
@@ -18,6 +18,9 @@ from ..settings import FitSettings, with_overrides
 from ..unknowns import Unknown, find_parameter
 from .request import StageRequest
 
+if TYPE_CHECKING:
+    from ... import _core
+
 
 @dataclass(frozen=True)
 class Stage:
@@ -27,10 +30,10 @@ class Stage:
     request: StageRequest
     settings: FitSettings
     captures: list[Capture]
-    scene: Any
+    scene: _core.Scene
     fields: tuple[FieldUnknown, ...]
 
-    def native(self) -> Any:  # noqa: ANN401 - a native Stage
+    def native(self) -> _core.Stage:
         """What the native Fit takes."""
         return native.core().Stage(
             self.request.name, list(self.request.parameters), [item.name for item in self.fields],

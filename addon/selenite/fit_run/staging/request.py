@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from ... import parameters
 from ...json_text import read_json
@@ -44,7 +43,7 @@ class StageRequest:
     spp: int | None = None
     height: int | None = None
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """Keys name, parameters, and those of the settings that are given."""
         return {key: value for key, value in asdict(self).items() if value is not None}
 

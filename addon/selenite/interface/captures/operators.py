@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path, PurePath
 
 import bpy
@@ -13,9 +14,11 @@ from ...native import NativeUnavailable
 from ...scene_read.camera import named_cameras
 from ...scene_read.capture_request import CaptureRequest
 from ...scene_read.photos import ids_of, pair_by_name
-from ..operators.filling import list_parameters, tick_usual_of_first
+from ...scene_read.scene import read_scene
+from ..operators.filling import fill, tick_usual_of_first
 from ..state import is_idle
 from ..texts import announce
+from .examining import examine
 
 #: Formats that are read, see docs/guide/photos.md.
 _ENDINGS = ("png", "jpg", "jpeg", "tif", "tiff", "exr", "hdr")
@@ -64,9 +67,9 @@ class SELENITE_OT_remove_capture(bpy.types.Operator):
 
 
 class SELENITE_OT_load_photos(bpy.types.Operator):
-    """Load photos and pair them with cameras of the same name: Camera.png, and Camera#2.png for a
-    second photo of Camera. At the first time also lists the parameters and ticks the usual ones of
-    the active object's material"""
+    """Load photos and pair them with cameras of the same name: Camera.png, Camera#2.png. Where none
+    is chosen, all that are named so. At the first time also lists the parameters and ticks the
+    usual ones of the active material"""
 
     bl_idname = "selenite.load_photos"
     bl_label = "Load Photos"
@@ -99,6 +102,11 @@ class SELENITE_OT_load_photos(bpy.types.Operator):
         """A photo without a camera of its name gets a row without a camera."""
         settings, cameras = context.scene.selenite, named_cameras(context.scene)
         paths = [str(PurePath(self.directory, item.name)) for item in self.files if item.name]
+        paths = paths or _named_like(cameras, self.directory)
+        if not paths:
+            text = "No photo is chosen, and none here is named like a camera"
+            announce(self, {"WARNING"}, f"{text}; choose photos, or press A for all")
+            return {"CANCELLED"}
         pairs, rest = pair_by_name(list(cameras), paths)
         rows = dict(zip(ids_of(context.scene), settings.captures, strict=True))
         failed = []
@@ -113,7 +121,7 @@ class SELENITE_OT_load_photos(bpy.types.Operator):
             row.photo = photo
             row.camera = cameras.get(item.camera)
         settings.active_capture = max(0, min(settings.active_capture, len(settings.captures) - 1))
-        self._first_rows(context.scene)
+        self._read(context.scene)
         if failed:
             announce(self, {"ERROR"}, f"Cannot read {', '.join(failed)}; give image files")
         if rest:
@@ -125,20 +133,34 @@ class SELENITE_OT_load_photos(bpy.types.Operator):
             )
         return {"FINISHED"} if len(failed) < len(paths) else {"CANCELLED"}
 
-    def _first_rows(self, scene: bpy.types.Scene) -> None:
-        """Where nothing is listed yet: the list, and the usual ticks of its first group."""
+    def _read(self, scene: bpy.types.Scene) -> None:
+        """The list of parameters, at the first time with the usual ticks; and what is wrong with
+        the photos."""
         settings = scene.selenite
-        if len(settings.rows):
-            return
+        is_first = not len(settings.rows)
         if not bpy.app.background and is_idle():
-            bpy.ops.selenite.update_rows("INVOKE_DEFAULT", usual=True)
+            bpy.ops.selenite.update_rows("INVOKE_DEFAULT", usual=is_first, examines=True)
             return
         try:
-            list_parameters(scene)
+            values = read_scene(scene, surveys=bpy.app.background, bakes=False)
         except NativeUnavailable as error:
             announce(self, {"WARNING"}, str(error))
             return
-        tick_usual_of_first(settings)
+        fill(scene, values)
+        if is_first:
+            tick_usual_of_first(settings)
+        examine(scene, values)
+
+
+def _named_like(cameras: Mapping[str, object], folder: str) -> list[str]:
+    """The photos of a folder that are named like cameras, as Front.png and Front#2.png."""
+    try:
+        names = sorted(path.name for path in Path(folder).iterdir()) if folder else []
+    except OSError:
+        return []
+    files = [name for name in names if name.rpartition(".")[2].lower() in _ENDINGS]
+    pairs, _ = pair_by_name(list(cameras), [str(PurePath(folder, name)) for name in files])
+    return [item.photo for item in pairs]
 
 
 def _start_folder(scene: bpy.types.Scene) -> str:

@@ -103,6 +103,10 @@ class SeleniteCapturePhoto(bpy.types.PropertyGroup):
     align: BoolProperty(
         name="Align", description="The fit finds a shift and roll of the photo within 4 pixels"
     )
+    hold_out: BoolProperty(
+        name="Hold Out",
+        description="The fit does not see this photo; the result says how well it renders it",
+    )
     use_size: BoolProperty(
         name="Own Size", description="The photo has another shape than the scene, or is cropped"
     )
@@ -171,6 +175,7 @@ def draw(layout: bpy.types.UILayout, photo: bpy.types.PropertyGroup) -> None:
     _switched(column, photo, "use_clip", "clip")
     field(column, photo, "gain")
     field(column, photo, "align")
+    field(column, photo, "hold_out")
     _switched(column, photo, "use_size", "size")
     if photo.use_size:
         _switched(column, photo, "use_crop", "crop")

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import bpy
-from bpy.props import EnumProperty, IntProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
 
 from .icon import icon_id
 from .preset_items import PRESET_ITEMS
@@ -22,6 +22,7 @@ class Defaults:
     threads: int = 0
     output: str = ""
     preset: str = "balanced"
+    pictures: bool = True
 
 
 class SelenitePreferences(bpy.types.AddonPreferences):
@@ -49,11 +50,17 @@ class SelenitePreferences(bpy.types.AddonPreferences):
         description="Quality of the first fit in a scene",
     )
 
+    pictures: BoolProperty(
+        name="Pictures at Start",
+        default=True,
+        description="Open photo, render and plots beside the 3D View when a fit starts",
+    )
+
     def draw(self, _context: bpy.types.Context) -> None:
         """One column, and the links."""
         column = self.layout.column()
         column.use_property_split = True
-        for name in ("threads", "output", "preset"):
+        for name in ("threads", "output", "preset", "pictures"):
             column.prop(self, name)
         row = self.layout.row()
         if icon_id():

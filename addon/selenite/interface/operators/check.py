@@ -7,7 +7,7 @@ from pathlib import Path
 
 import bpy
 
-from ...cycles_check.job import CheckJob, lines
+from ...cycles_check.job import CheckJob, lines, verdict
 from ...cycles_check.render_settings import contents_of, set_for_fit
 from ...fit_run.answer.results import new_folder, write_results
 from ...fit_run.captures.render import as_found
@@ -18,7 +18,9 @@ from ...scene_read.options import options_of
 from ...scene_read.photos import captures_of
 from ...write_back import grids as grid_objects
 from ..output_folder import output_folder
+from ..pictures.operators import show_content
 from ..problem_reports import report_problems
+from ..progress.notice import scroll_up
 from ..request import fit_settings
 from ..rows import environment as environment_rows
 from ..rows import fields as field_rows
@@ -112,8 +114,11 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
         finally:
             job.close()
             redraw(context)
-        CHECK.lines = lines(report)
-        announce(self, {"INFO"}, f"Wrote {CHECK.sheet}")
+        CHECK.message, CHECK.lines = verdict(report), lines(report)
+        announce(self, {"INFO"}, CHECK.message)
+        if not bpy.app.background:
+            show_content("CYCLES")
+            scroll_up()
         return {"FINISHED"}
 
 
@@ -151,19 +156,21 @@ class SELENITE_OT_set_cycles(bpy.types.Operator):
 
 
 class SELENITE_OT_show_sheet(bpy.types.Operator):
-    """Open the contact sheet of the last check: photo, Selenite, Cycles and their differences"""
+    """Show the contact sheet of the last check in the Image Editor: photo, Selenite, Cycles and
+    their differences"""
 
     bl_idname = "selenite.show_sheet"
-    bl_label = "Show Pictures"
+    bl_label = "Show Check"
 
     @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        """A check has ended."""
-        return CHECK.sheet is not None
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """A check has ended, and there is a window."""
+        return CHECK.sheet is not None and context.window is not None
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
-        """In the system's own viewer: an image datablock would stay in the file."""
-        return bpy.ops.wm.path_open(filepath=str(CHECK.sheet))
+        """Beside the 3D View, as the pictures of a fit."""
+        show_content("CYCLES")
+        return {"FINISHED"}
 
 
 def _request(scene: bpy.types.Scene) -> RunRequest:

@@ -8,7 +8,6 @@ from pathlib import Path
 import bpy
 from bpy.props import StringProperty
 
-from ... import native
 from ...cycles_check.render_settings import contents_of
 from ...fit_run.answer.results import new_folder
 from ...fit_run.checkpoint import SUFFIX, Unfinished, load
@@ -30,9 +29,10 @@ from ...scene_read.scene import reading
 from ...scene_read.values import Owner, SceneValues
 from .. import environment_panel
 from ..output_folder import output_folder
+from ..pictures.operators import open_at_start
 from ..pictures.view import VIEW
 from ..problem_reports import report_problems
-from ..progress.notice import notify
+from ..progress.notice import notify, scroll_up
 from ..request import run_request
 from ..result.kept import keep_fields, keep_result
 from ..running.recorder import BackgroundRecorder
@@ -41,6 +41,13 @@ from ..state import CANCELLED, CHECK, PROBLEMS, RUN, STAGES, remember_shapes
 from ..texts import announce
 from ..ticking import HARMLESS, Ticking, built, redraw, show_status
 
+#: Name of a StopReason -> what the head says of a fit that has ended well.
+ENDS = {
+    "CONVERGED": "Done",
+    "ITERATIONS": "Done",
+    "TOLERANCE": "Done",
+    "CANCELLED": "Stopped; the best values so far are kept",
+}
 #: Seconds that a tick waits for the work after a fit, which mostly is nothing.
 _SHORT = 0.05
 
@@ -68,6 +75,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Blender's thread reads the scene, ours the photos, the native one fits; a timer polls."""
+        scroll_up()
         RUN.read(ReadingJob(self._asking(context.scene, self.resume)), context.scene.name)
         if not self._read_on(context):
             return {"CANCELLED"}
@@ -234,8 +242,10 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         for text in job.plan.warnings:
             announce(self, {"WARNING"}, text)
         CHECK.contents[scene.name] = contents_of(scene)
+        CHECK.forget()
         RUN.start(job, scene.name, self._owners, overall)
         VIEW.begin()
+        open_at_start()
         environment_panel.begin()
         RUN.recorder = _recorder(scene, self._resumed, self._inputs)
         if RUN.recorder is not None and RUN.recorder.trouble:
@@ -300,16 +310,15 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         RUN.folder = last.work.folder
         RUN.recorder = last.work.open_record
         RUN.drop_record()
-        stopped = ended.stopped_because
-        if ended.stopped == native.core().StopReason.CANCELLED:
-            stopped = "you stopped it; the best values so far are kept"
-        RUN.message = f"Stopped because: {stopped}"
+        why = f"Stopped because: {ended.stopped_because}"
+        RUN.message = ENDS.get(ended.stopped.name, why)
         keep_result(scene)
         keep_fields(scene)
         if last.work.trouble:
             text = f"Cannot write the fitted grids and images to '{output_folder(scene)}'"
             cure = "choose another folder below and save the result"
             announce(self, {"ERROR"}, f"{text}: {last.work.trouble}; {cure}")
+        VIEW.wake()  # small pictures of the result
         redraw(context)
         notify(self, scene)
         return {"FINISHED"}

@@ -9,6 +9,7 @@ from bpy.props import BoolProperty
 from ...scene_read.scene import read_scene, reading
 from ...scene_read.values import SceneValues
 from .. import request
+from ..captures.examining import examine
 from ..rows.owners import active_owner
 from ..texts import announce
 from ..ticking import ReadsScene, built
@@ -20,6 +21,9 @@ class _Refreshes(ReadsScene, bpy.types.Operator):  # type: ignore[misc]
 
     usual: BoolProperty(
         options={"HIDDEN", "SKIP_SAVE"}, description="Also tick the usual parameters"
+    )
+    examines: BoolProperty(
+        options={"HIDDEN", "SKIP_SAVE"}, description="Also compare the photos with the cameras"
     )
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
@@ -38,6 +42,8 @@ class _Refreshes(ReadsScene, bpy.types.Operator):  # type: ignore[misc]
             announce(self, {"WARNING"}, problem.line())
         if self.usual:
             tick_usual_of_first(context.scene.selenite)
+        if self.examines:
+            examine(context.scene, found)
         return {"FINISHED"}
 
 

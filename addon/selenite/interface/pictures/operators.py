@@ -9,11 +9,17 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
+from ...fit_run.pictures.comparison import DIFFERENCE
+from ..furniture.preferences import preferences
 from ..state import RUN
 from ..texts import announce
 from . import images
 from .properties import SelenitePictures, settings
+from .thumbnails import THUMBNAILS
 from .view import VIEW
+
+#: Pixels of a 3D View, at a scale of 1, from which on pictures have room beside it.
+_ROOM = 700
 
 
 class SELENITE_OT_show_pictures(bpy.types.Operator):
@@ -33,6 +39,7 @@ class SELENITE_OT_show_pictures(bpy.types.Operator):
         main = images.NAMES[settings(context).content]
         screen = context.window.screen
         free = [area for area in screen.areas if area.type == "IMAGE_EDITOR"]
+        VIEW.is_unwanted = False
         if any(area.as_pointer() in VIEW.areas for area in free):
             VIEW.wake()
             return {"FINISHED"}
@@ -82,7 +89,8 @@ class SELENITE_OT_hide_pictures(bpy.types.Operator):
         return bool(VIEW.areas)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """The 3D View takes their place."""
+        """The 3D View takes their place; the next fit leaves it there."""
+        VIEW.is_unwanted = True
         for window in context.window_manager.windows:
             ours = [area for area in window.screen.areas if area.as_pointer() in VIEW.areas]
             for area in reversed(ours):
@@ -92,6 +100,56 @@ class SELENITE_OT_hide_pictures(bpy.types.Operator):
                     bpy.ops.screen.area_close()
         images.put_away()
         return {"FINISHED"}
+
+
+class SELENITE_OT_compare_pictures(bpy.types.Operator):
+    """Show how far the fit is from the active photo, in the Image Editor"""
+
+    bl_idname = "selenite.compare_pictures"
+    bl_label = "Compare Pictures"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """As Show Pictures."""
+        cls.poll_message_set("Run a fit first")
+        return RUN.plan is not None and context.window is not None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Photo and render, and their difference."""
+        settings(context).mode = DIFFERENCE
+        show_content("COMPARISON")
+        return {"FINISHED"}
+
+
+def show_content(content: str) -> None:
+    """Opens the pictures, or makes those that are open show something else."""
+    settings().content = content
+    window = bpy.context.window or bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=window, screen=window.screen):
+        if bpy.ops.selenite.show_pictures.poll():
+            bpy.ops.selenite.show_pictures()
+
+
+def open_at_start() -> None:
+    """A fit has started: its pictures are opened a moment later, unless the user does not want
+    them."""
+    if not bpy.app.background and preferences().pictures and not VIEW.is_unwanted:
+        bpy.app.timers.register(_open, first_interval=0.2)
+
+
+def _open() -> None:
+    if RUN.is_active and not VIEW.areas and _has_room():
+        show_content(settings().content)
+
+
+def _has_room() -> bool:
+    """Whether a 3D View can be split. What the user has opened in an Image Editor stays there."""
+    areas = bpy.context.window_manager.windows[0].screen.areas
+    editors = [area for area in areas if area.type == "IMAGE_EDITOR"]
+    if editors:
+        return all(images.image_of(area) is None for area in editors)
+    scale = bpy.context.preferences.system.ui_scale or 1.0
+    return any(area.type == "VIEW_3D" and area.width > _ROOM * scale for area in areas)
 
 
 def _split(
@@ -130,7 +188,7 @@ _HANDLERS = (
     ("save_post", _after_saving),
     ("load_pre", _before_loading),
 )
-CLASSES = (SELENITE_OT_show_pictures, SELENITE_OT_hide_pictures)
+CLASSES = (SELENITE_OT_show_pictures, SELENITE_OT_hide_pictures, SELENITE_OT_compare_pictures)
 
 
 def register() -> None:
@@ -145,6 +203,7 @@ def register() -> None:
 def unregister() -> None:
     """The inverse."""
     VIEW.stop()
+    THUMBNAILS.end()
     images.put_away()
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).remove(handler)

@@ -30,9 +30,11 @@ from ...scene_read.photos import ids_of
 from ..chosen import chosen
 from ..state import CHECK, RUN
 from ..texts import translated
+from ..ticking import redraw
 from . import images
 from .properties import listen, settings
 from .renderer import Renderer
+from .thumbnails import THUMBNAILS
 
 #: Seconds between two calls of the timer, between two pictures, between two pages of plots.
 TICK, PICTURE_EVERY, PLOTS_EVERY = 0.2, 0.5, 1.0
@@ -52,7 +54,7 @@ class LiveView:
         self.renderer = Renderer()
         self.areas: dict[int, str] = {}  # of editors that were opened: address -> image
         self.seconds, self.drawings = 0.0, 0
-        self.text = ""  # what the panel says of the picture
+        self.is_unwanted = False  # the user has closed the editors
         self._moments: Moments | None = None
         self._tiles: dict[str, dict[str, np.ndarray]] = {}
         self._keys: dict[str, Any] = {}
@@ -108,7 +110,7 @@ class LiveView:
         """Draws what is due. Returns whether there is a reason to be called again."""
         self._keep_editors()
         shown = images.shown_names()
-        if not shown:
+        if not shown and not self._lacks_thumbnails():
             self.renderer.stop()
             return RUN.job is not None
         finished = self.renderer.poll()
@@ -196,6 +198,28 @@ class LiveView:
                 self._draw(images.PLOTS, page, begin, 0.0)
         if images.SHEET in shown:
             self._show_sheet(moments)
+        if self._lacks_thumbnails():
+            self._show_thumbnails(moments)
+
+    def _lacks_thumbnails(self) -> bool:
+        """Whether the result in the panel is that of this session and has not been drawn small."""
+        there = RUN.job is None and RUN.result is not None and RUN.plan is not None
+        if not there or RUN.result is self._forgotten or self.renderer.trouble:
+            return False
+        return THUMBNAILS.key != (id(RUN.result), self.capture_index())
+
+    def _show_thumbnails(self, moments: Moments) -> None:
+        """Once nothing else is rendered."""
+        index = self.capture_index()
+        picture = moments.kept(Moment(index, RESULT))
+        if picture is None:
+            if not self.renderer.busy:
+                self.renderer.want(moments, Moment(index, RESULT))
+            return
+        capture = moments.plan.captures[index]
+        key = (id(RUN.result), index)
+        THUMBNAILS.show(key, capture.reference, capture.weight, picture)
+        redraw(bpy.context)
 
     def _show_moment(self, moments: Moments, moment: Moment) -> None:
         """What is there of it, and wishes for what is not."""
@@ -280,6 +304,7 @@ class LiveView:
         self.renderer.stop()
         self.renderer.trouble = ""
         self._moments = None
+        THUMBNAILS.forget()
         self._tiles, self._keys, self._due = {}, {}, {}
 
     def _keep_editors(self) -> None:

@@ -5,13 +5,24 @@ from __future__ import annotations
 
 import bpy
 
+from ...fit_run.darkness import DARK
+from ...fit_run.photos.pairing import KIND as PAIRING
+from ...fit_run.photos.window import ASPECT
+from ...scene_read.geometry.bodies import OPEN_BODY
 from .. import state
 from ..problem_reports import thing_of
 from ..problem_words import in_panel_words
-from ..texts import paragraph, shown, translated
-from .background import draw_bar
+from ..texts import field, paragraph, shown, translated
+from .background import draw_bar, draw_work
 
 _WIDTH = 0.94
+#: Kind of a problem -> the operator that is its cure.
+_REMEDIES = {
+    ASPECT: "selenite.set_resolution",
+    PAIRING: "selenite.pair_photos",
+    OPEN_BODY: "selenite.close_body",
+    DARK: "selenite.light_world",
+}
 #: Of what is said of a run: percent, phase and time left.
 _LINES = 2
 
@@ -32,6 +43,8 @@ class SELENITE_PT_head(bpy.types.Panel):
         if missing:
             paragraph(layout, context, missing, "ERROR")
             return
+        if draw_work(layout, state.SAMPLE, "selenite.cancel_sample"):
+            return
         if state.READING.job is not None:
             text = state.ENDING if state.READING.is_cancelled else "Reading the scene"
             draw_bar(layout, 0.0, translated(text))
@@ -47,12 +60,11 @@ class SELENITE_PT_head(bpy.types.Panel):
             layout.operator("selenite.cancel_check", icon="X")
             return
         _draw_problems(layout, context)
-        if state.RUN.message:
-            paragraph(layout, context, translated(state.RUN.message), "INFO")
-        row = layout.row(align=True)
-        name, icon = next_step(context.scene)
-        row.operator(name, icon=icon)
-        row.operator("selenite.open_manual", text="", icon="HELP")
+        for line in _news():
+            paragraph(layout, context, line, "INFO")
+        _draw_next(layout, context)
+        if state.PAIRING.job is not None:  # below: it must not move a button that is being pressed
+            paragraph(layout, context, "Comparing photos with cameras", "SORTTIME")
 
 
 def next_step(scene: bpy.types.Scene) -> tuple[str, str]:
@@ -63,12 +75,35 @@ def next_step(scene: bpy.types.Scene) -> tuple[str, str]:
     if not len(settings.rows):
         return "selenite.refresh_rows", "FILE_REFRESH"
     if not any(row.enabled for row in settings.rows):
+        if all(row.reason for row in settings.rows):  # nothing can be ticked
+            return "selenite.refresh_rows", "FILE_REFRESH"
         return "selenite.tick_usual", "CHECKBOX_HLT"
     if len(settings.results) and not settings.applied:
-        return "selenite.apply", "CHECKMARK"
+        if settings.is_wrong and state.RUN.plan is not None:
+            return "selenite.compare_pictures", "IMAGE_DATA"
+        return ("selenite.start", "PLAY") if settings.is_wrong else ("selenite.apply", "CHECKMARK")
     if settings.applied:
         return "selenite.check_in_cycles", "RENDER_STILL"
     return "selenite.start", "PLAY"
+
+
+def _news() -> list[str]:
+    """How the last fit, or the check after it, and the sample scene went."""
+    found = [state.CHECK.message or translated(state.RUN.message), *state.SAMPLE.lines]
+    return [text for text in found if text]
+
+
+def _draw_next(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """The next step, with what belongs to it."""
+    settings = context.scene.selenite
+    name, icon = next_step(context.scene)
+    if name == "selenite.start":
+        field(layout, settings, "preset")
+    row = layout.row(align=True)
+    row.operator(name, icon=icon)
+    row.operator("selenite.open_manual", text="", icon="HELP")
+    if name == "selenite.load_photos" and bpy.ops.selenite.open_sample.poll():
+        layout.operator("selenite.open_sample", icon="FILE_3D")
 
 
 def _draw_run(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
@@ -113,3 +148,7 @@ def _draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context) -> No
         cause = shown(in_panel_words(problem.cause))
         paragraph(box, context, f"{cause[:1].upper()}{cause[1:]}.")
         paragraph(box, context, in_panel_words(problem.cure), "FORWARD")
+        if problem.kind in _REMEDIES:
+            remedy = box.operator(_REMEDIES[problem.kind], icon="TOOL_SETTINGS")
+            if problem.kind == OPEN_BODY:
+                remedy.thing = problem.object

@@ -28,7 +28,13 @@ def notify(operator: bpy.types.Operator, scene: bpy.types.Scene) -> None:
         return
     _SENTENCE[0] = text
     bpy.app.timers.register(partial(_stay, text), first_interval=_REPORTED_FOR)
-    bpy.app.timers.register(_scroll_to_result, first_interval=0.1)
+    scroll_up()
+
+
+def scroll_up() -> None:
+    """To the head of the tab, a moment later: progress and Stop, or the result, are there."""
+    if not bpy.app.background:
+        bpy.app.timers.register(_scroll_up, first_interval=0.1)
 
 
 def _stay(text: str) -> None:
@@ -48,7 +54,7 @@ def _set_status(text: str | None) -> None:
         window.workspace.status_text_set(text)
 
 
-def _scroll_to_result() -> None:
+def _scroll_up() -> None:
     """The head and the result below it are the first panels of the tab."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:

@@ -5,11 +5,10 @@ from __future__ import annotations
 
 import bpy
 
-from ... import mean_free_path
 from ...fit_run import trust
+from ...fit_run.answer import table
 from ...fit_run.answer.findings import Finding, findings, in_short
 from ...fit_run.job import fitted_values
-from ..request import values_text
 from ..rows import fields as field_rows
 from ..state import RUN
 
@@ -31,15 +30,13 @@ def keep_result(scene: bpy.types.Scene) -> None:
         value = values[owner.name, name]
         row.start, row.value = three(unknown.start), three(value)
         row.original = three(owner.values[name])
-        row.text = f"{values_text(unknown.start)}\nto {values_text(value)}"
-        if name == "extinction":
-            row.text += f"\n{mean_free_path.of(value, RUN.plan.millimetres).text()} free path"
-        for line in trust.words(unknown, RUN.result):
-            row.text += f"\n{line}"
         _keep_finding(row, found[owner.name, name])
     words = in_short(RUN.plan, RUN.result)
     settings.verdict, settings.verdict_icon = words.sentence, words.icon
-    settings.report = "\n".join(words.report)
+    settings.is_wrong = words.is_wrong
+    settings.table = "\n".join("\t".join(line.cells) for line in table.lines(RUN.plan, RUN.result))
+    rest = trust.sentences(RUN.plan, RUN.result, intervals=False)
+    settings.report = "\n".join([*rest, *RUN.result.get("notes", ())])
 
 
 def keep_fields(scene: bpy.types.Scene) -> None:
@@ -65,4 +62,3 @@ def _keep_finding(row: bpy.types.PropertyGroup, found: Finding) -> None:
     if found.low:
         row.low, row.high = three(found.low), three(found.high)
         row.bar_low, row.bar_high = found.bar
-    row.swatch = three(found.value)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 
 from .. import state
+from ..pictures.thumbnails import THUMBNAILS
 from ..progress.background import draw_next_camera, draw_work
 from ..texts import paragraph
 from . import drawing
@@ -29,6 +30,7 @@ class SELENITE_PT_result(bpy.types.Panel):
         """Verdict, buttons, values, and the whole report on demand."""
         settings, layout = context.scene.selenite, self.layout
         drawing.draw_verdict(layout, context, settings)
+        THUMBNAILS.draw(layout, context)
         buttons = layout.row(align=True)
         buttons.operator("selenite.apply", icon="CHECKMARK")
         buttons.operator("selenite.restore", text="Restore", icon="LOOP_BACK")

@@ -16,10 +16,18 @@ from ..rows.properties import KIND_ITEMS
 #: The names are those of fit_run.answer.findings.
 SURENESS_ITEMS = (
     ("UNKNOWN", "Interval Not Known", "How sure the value is was not computed", 0),
-    ("SURE", "Sure", "The photos determine it well", 1),
-    ("WEAK", "Weak", "Known roughly, at its bound, or the photos are not explained", 2),
+    ("SURE", "Determined", "The photos determine it well", 1),
+    ("WEAK", "Weak", "Known roughly, at its bound, or the photos are far from explained", 2),
     ("OPEN", "Not Determined", "Other values explain the photos as well", 3),
 )
+
+
+def _fitted_colour(row: bpy.types.PropertyGroup) -> tuple[float, float, float]:
+    return tuple(row.value)
+
+
+def _keep_colour(_row: bpy.types.PropertyGroup, _colour: tuple[float, float, float]) -> None:
+    """A click on the swatch changes nothing; without this Blender would draw it in grey."""
 
 
 class SeleniteResult(bpy.types.PropertyGroup):
@@ -49,6 +57,8 @@ class SeleniteResult(bpy.types.PropertyGroup):
         subtype="COLOR",
         min=0.0,
         soft_max=1.0,
+        get=_fitted_colour,
+        set=_keep_colour,
         description="Fitted colour, linear Rec. 709",
     )
     grid_file: StringProperty(

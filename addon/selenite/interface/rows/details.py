@@ -57,8 +57,7 @@ def _draw_controls(column: bpy.types.UILayout, row: bpy.types.PropertyGroup) -> 
     if not is_field:
         column.prop(row, "minimum", text=translated("Min"))
         column.prop(row, "maximum", text=translated("Max"))
-        column.prop(row, "learning_rate")
-        return 5
+        return 4 + _draw_rate(column, row)
     names = field_rows.shown(row)
     for at in range(0, len(names), 2):
         line = column.row(align=True)
@@ -67,5 +66,14 @@ def _draw_controls(column: bpy.types.UILayout, row: bpy.types.PropertyGroup) -> 
     line = column.row(align=True)
     line.prop(row, "minimum", text="")
     line.prop(row, "maximum", text="")
+    return 3 + _draw_rate(column, row) + (len(names) + 1) // 2
+
+
+def _draw_rate(column: bpy.types.UILayout, row: bpy.types.PropertyGroup) -> int:
+    """Where Adam may step; returns how many lines it has used."""
+    settings = row.id_data.selenite
+    fields = any(item.enabled and field_rows.is_field(item) for item in settings.rows)
+    if settings.optimiser == "gauss-newton" or (settings.optimiser == "auto" and not fields):
+        return 0
     column.prop(row, "learning_rate")
-    return 4 + (len(names) + 1) // 2
+    return 1

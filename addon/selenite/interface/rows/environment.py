@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import bpy
 from bpy.props import EnumProperty, IntProperty
 
@@ -75,11 +73,11 @@ def shown(row: bpy.types.PropertyGroup) -> list[str]:
     return ["grid_from", *place, "environment_size"]
 
 
-def requested(row: bpy.types.PropertyGroup, values: SceneValues, title: str) -> dict[str, Any]:
+def requested(row: bpy.types.PropertyGroup, values: SceneValues, title: str) -> dict[str, object]:
     """What of the row's request is about an image. Raises BadInput."""
     own = values.world.image
     words = ("image", "panorama or a mirror ball")
-    found: dict[str, Any] = {"size": row.environment_size}
+    found: dict[str, object] = {"size": row.environment_size}
     found["grid"] = chosen_file(row, words, title, has_own=own is not None)
     if row.grid_from == "file":
         found["projection"] = row.projection

@@ -8,7 +8,7 @@ import json
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -29,6 +29,9 @@ from ...write_back import grids as grid_objects
 from ...write_back import images as image_nodes
 from . import environment as environment_rows
 from .starts import chosen_file
+
+if TYPE_CHECKING:
+    from ..._core import FitResult
 
 #: Properties of a row that the user sets, beside those that every row has.
 PROPERTIES = (
@@ -127,7 +130,7 @@ def shown(row: bpy.types.PropertyGroup) -> list[str]:
 
 def requested(
     row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner, title: str
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """What of the row's request is about a field. Raises BadInput."""
     if environment_rows.is_environment(row):
         return environment_rows.requested(row, values, title)
@@ -141,7 +144,7 @@ def requested(
 
 
 def keep(
-    row: bpy.types.PropertyGroup, field: FieldUnknown, result: dict[str, Any], folder: Path
+    row: bpy.types.PropertyGroup, field: FieldUnknown, result: FitResult, folder: Path
 ) -> None:
     """Fills one result from the files of the result folder, so that it survives saving."""
     row.parameter, row.width = field.kind.parameter, field.kind.channels

@@ -30,7 +30,10 @@ class SELENITE_PT_parameters(bpy.types.Panel):
         column = layout.column(align=True)
         column.prop(settings, "bake")
         column.prop(settings, "approximate")
+        in_head = {item.line() for item in state.PROBLEMS.get(context.scene.name, ())}
         for text in state.SHAPES.get(context.scene.name, ()):
+            if text in in_head:
+                continue
             paragraph(layout.box(), context, text, "ERROR")
         if not len(settings.rows):
             return

@@ -6,7 +6,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ...fit_run.answer.light_pairing import with_warnings
 from ...fit_run.answer.results import finished, write_results
@@ -20,6 +20,9 @@ from ...problems import BadInput
 from ...scene_read.geometry.bodies import judge_bodies
 from ...scene_read.values import SceneValues
 from .recorder import BackgroundRecorder
+
+if TYPE_CHECKING:
+    from ..._core import FitResult
 
 
 class _Cancelled(Exception):
@@ -127,7 +130,7 @@ class Finishing(_Writing):
     ) -> None:
         """job: at its end. recorder: of the run, which is closed at the end unless it writes."""
         super().__init__(job.plan, parent, host, "comparing lights")
-        self.result: dict[str, Any] = {}
+        self.result: FitResult = {}
         self.troubles: tuple[str, ...] = ()
         self.open_record: BackgroundRecorder | None = None
         self._job, self._recorder = job, recorder
@@ -167,7 +170,7 @@ class Finishing(_Writing):
 class Saving(_Writing):
     """Writes a result folder with its pictures."""
 
-    def __init__(self, plan: FitPlan, result: dict[str, Any], parent: Path, host: str) -> None:
+    def __init__(self, plan: FitPlan, result: FitResult, parent: Path, host: str) -> None:
         super().__init__(plan, parent, host, "writing the result")
         self._result = result
 

@@ -8,7 +8,7 @@ import json
 import pickle
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 
@@ -17,6 +17,9 @@ from ..blender_process import BlenderProcess, baked_folder
 from ..options import ReadingOptions
 from ..reading.process_run import ProcessRun
 from ..values import SceneValues
+
+if TYPE_CHECKING:
+    from ...json_text import JsonObject
 
 _MODULE = "selenite.cycles_check.approximation"
 
@@ -55,7 +58,7 @@ class ComparisonRun(ProcessRun):
         if self.report and self._kept is not None:
             self._kept.parent.mkdir(parents=True, exist_ok=True)
             self._kept.write_text(json.dumps(self.report), encoding="utf-8")
-        found: dict[str, Any] = self.report or self._known()
+        found: JsonObject = self.report or self._known()
         if found:
             self._asked.read.warn(
                 f"{title}: approximated materials change the picture of camera "
@@ -75,10 +78,10 @@ class ComparisonRun(ProcessRun):
     def _said(self, error: Exception) -> Problem:
         return Problem(f"Scene '{self._asked.scene.name}'", str(error), "")
 
-    def _known(self) -> dict[str, Any]:
+    def _known(self) -> JsonObject:
         if self._kept is None or not self._kept.is_file():
             return {}
-        found: dict[str, Any] = json.loads(self._kept.read_text(encoding="utf-8"))
+        found: JsonObject = json.loads(self._kept.read_text(encoding="utf-8"))
         return found
 
 

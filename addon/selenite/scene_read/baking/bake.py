@@ -10,18 +10,22 @@ import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
+from ...problems import Problem
 from ..blend_file import open_blend
 from ..camera import named_cameras
 from ..geometry.mesh import read_mesh
-from ..reading.render_depsgraph import GraphRead, at_once
+from ..reading.render_depsgraph import GraphRead, Reading, at_once
 from ..reading.without_words import without_words
 from ..values import SceneValues
 from . import sheet, trees
+
+if TYPE_CHECKING:
+    from ...json_text import JsonObject
 
 Note = Callable[[float, str], None]
 Key = tuple[str, str]  # name and library of a datablock
@@ -33,7 +37,7 @@ MARGIN = 8
 _EMPTY = np.float32(-1e30)
 
 
-def run(_folder: Path, request: dict[str, Any], note: Note) -> dict[str, Any]:
+def run(_folder: Path, request: JsonObject, note: Note) -> JsonObject:
     """Leaves a folder for each material in the request's folder."""
     note(0.0, "reading the scene")
     open_blend(str(_folder / "scene.blend"), scripts=request["scripts"])
@@ -84,7 +88,9 @@ def _evaluated(scene: bpy.types.Scene, names: set[Key]) -> dict[Key, bpy.types.M
     return found
 
 
-def _reading(scene: bpy.types.Scene, read: Any) -> Any:  # noqa: ANN401
+def _reading(
+    scene: bpy.types.Scene, read: Callable[[bpy.types.Depsgraph, Callable[[], None]], None]
+) -> Reading[Problem | None]:
     problem = yield GraphRead(scene, list(named_cameras(scene).values()), read)
     return problem
 
@@ -95,11 +101,11 @@ def _key(block: bpy.types.ID) -> Key:
 
 def _material(
     scene: bpy.types.Scene,
-    one: dict[str, Any],
+    one: JsonObject,
     meshes: dict[Key, bpy.types.Mesh],
     folder: Path,
     step: Callable[[], None],
-) -> dict[str, Any]:
+) -> JsonObject:
     """Writes maps and pictures of all objects; returns what is to be said."""
     material = bpy.data.materials[(one["datablock"], one["library"] or None)]
     size, tiles = one["size"], one["tiles"]

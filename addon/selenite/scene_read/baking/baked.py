@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Any
 
 import bpy
 import numpy as np
@@ -79,7 +78,7 @@ class BakeRun(ProcessRun):
     def _is_kept(self, one: WantedMaterial) -> bool:
         return (self._folder / self._keys[one.name] / "report.json").is_file()
 
-    def _request(self, missing: list[WantedMaterial]) -> dict[str, Any]:
+    def _request(self, missing: list[WantedMaterial]) -> dict[str, object]:
         return {
             "scene": self._asked.scene.name,
             "folder": str(self._folder),

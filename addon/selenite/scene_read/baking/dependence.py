@@ -6,13 +6,16 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 
 from ..shading import nodes
 from ..shading.node_settings import settings_of
 from ..shading.nodes import Groups
+
+if TYPE_CHECKING:
+    from ..hosts import BpyStruct
 
 Node = bpy.types.Node
 Socket = bpy.types.NodeSocket
@@ -129,7 +132,7 @@ def fingerprint(node: Node, output: Socket, groups: Groups) -> str:
         found.update(repr(settings_of(item)).encode())
         for socket in item.inputs:
             source = nodes.source_of(socket, within)
-            value: Any = nodes.constant(source)
+            value: BpyStruct = nodes.constant(source)
             if value is None and source.node is not None:
                 value = (number(source.node, source.groups), source.socket.identifier)
             found.update(f"{socket.identifier} {value} {source.kinds}\n".encode())

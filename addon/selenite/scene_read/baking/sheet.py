@@ -3,13 +3,17 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, cast
 
 import bpy
 import numpy as np
 
 from ...problems import BadInput, Problem
 from .. import hosts
+
+if TYPE_CHECKING:
+    from ..hosts import BpyStruct
 
 UV_NAME = "selenite_bake"
 #: Pixels along a side of the picture that shows whether a UV map is good.
@@ -46,9 +50,9 @@ class Stage:
             mesh.materials.append(None)
         for slot in item.material_slots:
             slot.link = "DATA"
-        render: Any = self.scene.render
+        render: BpyStruct = self.scene.render
         render.engine = "CYCLES"
-        cycles: Any = self.scene.cycles
+        cycles: BpyStruct = self.scene.cycles
         cycles.device = "CPU"
         for name in ("use_denoising", "use_adaptive_sampling"):
             setattr(cycles, name, False)
@@ -64,7 +68,7 @@ class Stage:
 
     def unwrap(self, column: int, row: int, tiles: int, border: float) -> None:
         """Adds a UV map without overlaps inside a tile."""
-        mesh: Any = self._item.data
+        mesh: BpyStruct = self._item.data
         own = next((layer for layer in mesh.uv_layers if layer.active_render), None)
         uv = _uv_of(own) if own is not None else np.zeros((len(mesh.loops), 2), np.float32)
         layer = mesh.uv_layers.new(name=UV_NAME, do_init=False)
@@ -95,7 +99,7 @@ class Stage:
     def _misplaced(self, uv: np.ndarray) -> float:
         """Share of the area whose centres of triangles lie elsewhere in a baked picture of
         positions: where the map overlaps, or a face has no area in it."""
-        mesh: Any = self._item.data
+        mesh: BpyStruct = self._item.data
         self._uv = uv
         material = bpy.data.materials.new("Selenite positions")
         material.use_nodes = True
@@ -148,11 +152,11 @@ class Stage:
     ) -> np.ndarray:
         """(size, size, 3) float32, row 0 at the bottom, of what `material` emits; `empty` where
         nothing is baked. shift: of the UV map."""
-        mesh: Any = self._item.data
+        mesh: BpyStruct = self._item.data
         _set_uv(mesh.uv_layers[UV_NAME], self._uv + np.float32(shift))
         image = self._picture(material, size)
         pixels = np.full(size * size * 4, empty, np.float32)
-        cast(Any, image.pixels).foreach_set(pixels)
+        cast("BpyStruct", image.pixels).foreach_set(pixels)
         for slot, counts in enumerate(self._slots):
             mesh.materials[slot] = material if counts else self._blank
         for slot in range(len(self._slots), len(mesh.materials)):
@@ -169,7 +173,7 @@ class Stage:
                 margin_type="ADJACENT_FACES",
                 uv_layer=UV_NAME,
             )
-        cast(Any, image.pixels).foreach_get(pixels)
+        cast("BpyStruct", image.pixels).foreach_get(pixels)
         bpy.data.images.remove(image)
         _set_uv(mesh.uv_layers[UV_NAME], self._uv)
         return np.ascontiguousarray(pixels.reshape(size, size, 4)[..., :3])
@@ -186,7 +190,7 @@ class Stage:
         tree.nodes.active = node
         return image
 
-    def _context(self, **more: Any) -> Any:  # noqa: ANN401 - a context manager of Blender's
+    def _context(self, **more: object) -> AbstractContextManager[object]:
         item = self._item
         return bpy.context.temp_override(
             scene=self.scene,

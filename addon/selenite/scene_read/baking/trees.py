@@ -5,12 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
 from .. import hosts
+
+if TYPE_CHECKING:
+    from ...json_text import JsonObject
+    from ..hosts import BpyStruct
 
 #: Attribute that holds the Generated coordinates of a mesh whose modifiers were applied.
 _GENERATED = "selenite_generated"
@@ -22,20 +26,20 @@ _NOT_GENERATED = {
 }
 
 
-def keep_generated(evaluated: Any, mesh: bpy.types.Mesh) -> None:  # noqa: ANN401 - a mesh
+def keep_generated(evaluated: BpyStruct, mesh: bpy.types.Mesh) -> None:  # a mesh
     """`mesh` is a copy of an evaluated one, which alone knows where its vertices were before they
     were deformed."""
     undeformed = hosts.floats(evaluated.vertices, "undeformed_co", 3)
     middle = np.array(evaluated.texspace_location, np.float32)
     size = np.array(evaluated.texspace_size, np.float32)
     half = np.divide(0.5, size, out=np.zeros(3, np.float32), where=size != 0)
-    attribute: Any = mesh.attributes.new(_GENERATED, "FLOAT_VECTOR", "POINT")
+    attribute: BpyStruct = mesh.attributes.new(_GENERATED, "FLOAT_VECTOR", "POINT")
     values = undeformed * half - (middle * half - np.float32(0.5))
     attribute.data.foreach_set("vector", np.ascontiguousarray(values).reshape(-1))
 
 
 @contextmanager
-def emitting(material: bpy.types.Material, output: dict[str, Any]) -> Iterator[bpy.types.Material]:
+def emitting(material: bpy.types.Material, output: JsonObject) -> Iterator[bpy.types.Material]:
     """A material that emits `output`, for a moment, on a mesh of `keep_generated`."""
     made = material.copy()
     groups: list[bpy.types.NodeTree] = []

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import bpy
 import numpy as np
@@ -127,7 +126,7 @@ def key_of(wanted: WantedMaterial, read: SceneValues, size: int, version: str) -
     return found.hexdigest()[:32]
 
 
-def _add_object(found: Any, read: SceneValues, place: int) -> None:  # noqa: ANN401 - a hash
+def _add_object(found: hashlib._Hash, read: SceneValues, place: int) -> None:
     item = read.objects[place]
     mesh = read.meshes[item.mesh]
     found.update(repr(item.facts).encode())

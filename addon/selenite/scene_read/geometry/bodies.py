@@ -31,6 +31,8 @@ from .folds import warn_of_folds
 from .overlaps import warn_of_overlaps
 from .winding import warn_of_winding
 
+#: The kind of the Problem of a body whose holes can be filled.
+OPEN_BODY = "open-body"
 _CLOSE = (
     "in Edit Mode use Mesh > Clean Up > Merge by Distance, then Select > Select All by Trait > "
     "Non Manifold to see what is left, and close it with Mesh > Clean Up > Fill Holes"
@@ -105,7 +107,8 @@ def _report(body: BodyValues, whole: Closedness, read: SceneValues) -> str:
         cause = f"the medium of material '{body.material}' has no definite inside: {_faults(found)}"
         if whole.encloses:
             cause += "; faces of other materials close the body, but a medium ends only at its own"
-        problem = Problem(title, cause, _cure(found, whole))
+        kind = OPEN_BODY if found.open_edges and not whole.encloses else ""
+        problem = Problem(title, cause, _cure(found, whole), kind)
         read.problems.append(problem)
         return problem.line()
     if body.need == "medium" and found.nested:

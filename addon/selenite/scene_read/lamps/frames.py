@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Any
 
 import bpy
 import numpy as np
@@ -50,7 +49,7 @@ class _Seen:
     """What renders at one frame. Lamps and objects by their objects' names, all places of each."""
 
     lamps: dict[str, list[np.ndarray]] = field(default_factory=dict)
-    lights: dict[str, dict[str, Any]] = field(default_factory=dict)
+    lights: dict[str, dict[str, object]] = field(default_factory=dict)
     objects: dict[str, list[np.ndarray]] = field(default_factory=dict)
     shapes: dict[str, str] = field(default_factory=dict)
     cameras: dict[str, np.ndarray] = field(default_factory=dict)
@@ -129,7 +128,7 @@ def _shape_of(evaluated: bpy.types.Object) -> str:
     return hashlib.sha256(positions.tobytes()).hexdigest()
 
 
-def _plain(value: Any) -> Any:  # noqa: ANN401 - any property
+def _plain(value: str | float | Iterable[float] | None) -> object:
     return value if isinstance(value, (str, int, float, type(None))) else tuple(value)
 
 

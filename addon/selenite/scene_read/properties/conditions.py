@@ -6,13 +6,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import bpy
 
 from .. import hosts
 
-Block = Any  # the stubs know no property that only some versions have
+Block = hosts.BpyStruct
 
 # Nodes of a compositor that hand the picture on as it is
 _PASS_ON = {
@@ -76,7 +75,7 @@ def uses(node: bpy.types.Node, names: tuple[str, ...], neutral: float = 0.0) -> 
     """Whether an input of a Principled BSDF is linked or differs from its neutral value."""
     if node.bl_idname != "ShaderNodeBsdfPrincipled":
         return False
-    sockets: list[Any] = [node.inputs[name] for name in names if name in node.inputs]
+    sockets: list[Block] = [node.inputs[name] for name in names if name in node.inputs]
     return any(socket.is_linked or socket.default_value != neutral for socket in sockets)
 
 
@@ -96,7 +95,7 @@ def _nodes(material: bpy.types.Material) -> Iterator[bpy.types.Node]:
                 pending.append(inner)
 
 
-def _links(material: bpy.types.Material) -> Iterator[Any]:
+def _links(material: bpy.types.Material) -> Iterator[Block]:
     if material.use_nodes and material.node_tree is not None:
         yield from material.node_tree.links
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 
@@ -13,8 +13,11 @@ from ...problems import Problem, listed
 from ..shading import nodes
 from .conditions import Scope
 from .inputs import INPUTS
-from .rows import Effect, Row, same
-from .tables import chain_of, default_of, rows_of, unknown_properties
+from .rows import Effect, Row, Value, same
+from .tables import RnaProperty, chain_of, default_of, rows_of, unknown_properties
+
+if TYPE_CHECKING:
+    from ..hosts import BpyStruct
 
 _MOST_LINES = 4  # of datablocks with the same fault; more of them share a line
 
@@ -25,7 +28,7 @@ class Place:
 
     kind: str
     name: str
-    block: Any
+    block: BpyStruct
     part: str = ""
 
 
@@ -71,7 +74,7 @@ def instancers_of(
 
 def findings(scope: Scope, modelled_inputs: frozenset[str] = frozenset()) -> Iterator[Finding]:
     """Everything that is not modelled, in the order of the walk; some of it more than once."""
-    unknown: dict[str, list[Any]] = {}
+    unknown: dict[str, list[RnaProperty]] = {}
     for place in places(scope):
         yield from _of_block(place, scope)
         for struct in chain_of(place.block.bl_rna):
@@ -115,7 +118,7 @@ def places(scope: Scope) -> Iterator[Place]:
         yield Place("Material", material.name, material.cycles)
         yield from _of_nodes("Material", material)
     if scope.world is not None:
-        world: Any = scope.world
+        world: BpyStruct = scope.world
         for block in (world, world.cycles, world.cycles_visibility):
             yield Place("World", world.name, block)
         yield from _of_nodes("World", world)
@@ -135,7 +138,7 @@ def _of_object(item: bpy.types.Object) -> Iterator[Place]:
     yield Place("Object", item.name, item.cycles)
     for modifier in item.modifiers:
         yield Place("Object", item.name, modifier, modifier.name)
-    data: Any = item.data
+    data: BpyStruct = item.data
     if isinstance(data, bpy.types.Light):
         yield Place("Light", data.name, data)
         yield Place("Light", data.name, data.cycles)
@@ -147,7 +150,7 @@ def _of_object(item: bpy.types.Object) -> Iterator[Place]:
         yield Place("Object", item.name, data.render)
 
 
-def _of_nodes(kind: str, owner: Any) -> Iterator[Place]:  # noqa: ANN401 - material, world or lamp
+def _of_nodes(kind: str, owner: BpyStruct) -> Iterator[Place]:
     """The nodes that Cycles evaluates, and the images that they use."""
     if not owner.use_nodes or owner.node_tree is None:
         return
@@ -179,7 +182,7 @@ class NodePlace(Place):
     groups: nodes.Groups = ()
 
 
-def _of_image(kind: str, name: str, node: Any) -> Iterator[Place]:  # noqa: ANN401
+def _of_image(kind: str, name: str, node: BpyStruct) -> Iterator[Place]:
     if hasattr(node, "texture_mapping"):
         yield Place(kind, name, node.texture_mapping, nodes.describe(node))
     image = getattr(node, "image", None)
@@ -201,7 +204,7 @@ def _of_block(place: Place, scope: Scope) -> Iterator[Finding]:
             yield _finding(row, place, shown.name, text, usual)
 
 
-def _of_unknown(place: Place, item: Any) -> Iterator[Finding]:  # noqa: ANN401 - an RNA property
+def _of_unknown(place: Place, item: RnaProperty) -> Iterator[Finding]:
     """A property that came with a newer Blender. Nothing may be made in the user's file, so its
     default in RNA is what it is compared with, though a fresh datablock may have another one."""
     if item.is_readonly and item.type not in {"POINTER", "COLLECTION"}:
@@ -264,19 +267,19 @@ def _finding(row: Row, place: Place, label: str, value: str, neutral: str) -> Fi
     )
 
 
-def _usual(row: Row) -> Any:  # noqa: ANN401
+def _usual(row: Row) -> Value:
     values = getattr(row.neutral, "values", None)
     return row.neutral if values is None else next(iter(values), None)
 
 
-def _shown(item: Any, value: Any) -> str:  # noqa: ANN401 - an RNA property and its value
+def _shown(item: RnaProperty, value: Value) -> str:
     """As the interface shows it."""
     if item.type == "ENUM" and isinstance(value, str) and value in item.enum_items:
         return str(item.enum_items[value].name)
     return text_of(value)
 
 
-def text_of(value: Any) -> str:  # noqa: ANN401 - any value that RNA has
+def text_of(value: Value) -> str:
     """A value for a message."""
     if isinstance(value, bpy.types.ID):
         return f"'{value.name}'"

@@ -15,6 +15,8 @@ from enum import Enum
 from functools import cached_property, partial
 from typing import Any
 
+#: The value of a property, of any type that RNA has.
+Value = Any
 Acts = Callable[[Any, Any], bool]  # (block, Scope) -> whether the value can change the picture
 
 
@@ -39,7 +41,7 @@ class By(Enum):
 class OneOf:
     """Several values that the renderer takes as they are; the first is the usual one."""
 
-    values: tuple[Any, ...]
+    values: tuple[Value, ...]
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ class Row:
 
     names: tuple[str, ...]
     effect: Effect
-    neutral: Any = None
+    neutral: Value = None
     cause: str = ""
     cure: str = ""
     acts: Acts | None = None
@@ -68,7 +70,7 @@ class Row:
         """All names that the row knows."""
         return self.names + self.covers
 
-    def is_neutral(self, value: Any) -> bool:  # noqa: ANN401 - any value that RNA has
+    def is_neutral(self, value: Value) -> bool:
         """Whether the renderer takes `value` as it is."""
         wanted = self.neutral.values if isinstance(self.neutral, OneOf) else (self.neutral,)
         return any(same(value, item) for item in wanted)
@@ -135,7 +137,7 @@ def noise_only(names: str) -> Row:
 def _named(
     effect: Effect,
     name: str,
-    neutral: object,
+    neutral: Value,
     cause: str = "",
     cure: str = "",
     *,
@@ -169,7 +171,7 @@ def warned_by_reader(names: str, covers: str = "") -> Row:
     return Row(tuple(names.split()), Effect.WARNED, covers=tuple(covers.split()), by=By.READER)
 
 
-def remarked(name: str, usual: Any = None, covers: str = "", *, worse: str = "") -> Row:  # noqa: ANN401 - any value that RNA has
+def remarked(name: str, usual: Value = None, covers: str = "", *, worse: str = "") -> Row:
     """`cycles_check.render_settings` tells what the setting costs, and can set it for a fit.
 
     usual: the factory setting. A scene that goes beyond it is warned of as well, since only its own
@@ -191,7 +193,7 @@ def remarked(name: str, usual: Any = None, covers: str = "", *, worse: str = "")
     )
 
 
-def same(value: Any, other: Any) -> bool:  # noqa: ANN401 - any value that RNA has
+def same(value: Value, other: Value) -> bool:
     """Equal, numbers within the rounding of 32 bits."""
     if isinstance(value, (bool, str)) or value is None or other is None:
         return bool(value == other)

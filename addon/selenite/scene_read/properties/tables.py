@@ -4,12 +4,15 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
 
 import bpy
 
+from ..hosts import BpyStruct
 from . import cameras, geometry, images, lamps, layers, materials, nodes, objects, render, worlds
 from .rows import Row, Table, modelled, no_effect, table
+
+#: A bpy.types.Property of whatever kind: the base class of the stubs has no default.
+RnaProperty = BpyStruct
 
 ID = table(
     "ID",
@@ -39,7 +42,7 @@ TABLES: dict[str, Table] = {
 }
 
 
-def struct_of(name: str) -> Any:  # noqa: ANN401 - a bpy_struct of RNA
+def struct_of(name: str) -> bpy.types.Struct:
     """The RNA type of that name, None if this Blender has none.
 
     `bpy.types` lacks the groups that Cycles registers: a pointer to them leads there.
@@ -58,7 +61,7 @@ def struct_of(name: str) -> Any:  # noqa: ANN401 - a bpy_struct of RNA
 CYCLES_GROUPS = tuple(name for name in TABLES if name.startswith("Cycles"))
 
 
-def chain_of(struct: Any) -> tuple[Any, ...]:  # noqa: ANN401 - a bpy_struct of RNA
+def chain_of(struct: bpy.types.Struct) -> tuple[bpy.types.Struct, ...]:
     """An RNA type and its base types."""
     found = []
     while struct is not None:
@@ -67,7 +70,7 @@ def chain_of(struct: Any) -> tuple[Any, ...]:  # noqa: ANN401 - a bpy_struct of 
     return tuple(found)
 
 
-def own_properties(struct: Any) -> list[Any]:  # noqa: ANN401
+def own_properties(struct: bpy.types.Struct) -> list[RnaProperty]:
     """The properties that an RNA type adds to its base type.
 
     Add-ons register properties of their own, which change no picture; Cycles' groups count.
@@ -84,7 +87,7 @@ def own_properties(struct: Any) -> list[Any]:  # noqa: ANN401
     ]
 
 
-def unknown_properties(struct: Any) -> list[Any]:  # noqa: ANN401
+def unknown_properties(struct: bpy.types.Struct) -> list[RnaProperty]:
     """Properties of an RNA type that its table lacks; none where there is no table."""
     table = TABLES.get(struct.identifier)
     if table is None:
@@ -92,7 +95,7 @@ def unknown_properties(struct: Any) -> list[Any]:  # noqa: ANN401
     return [item for item in own_properties(struct) if item.identifier not in table.by_name]
 
 
-def default_of(item: Any) -> Any:  # noqa: ANN401
+def default_of(item: RnaProperty) -> object:
     """The default in RNA, None for a pointer or a collection."""
     if item.type in {"POINTER", "COLLECTION"}:
         return None
@@ -106,6 +109,6 @@ def _rows_of(identifiers: tuple[str, ...]) -> tuple[Row, ...]:
     return tuple(row for name in identifiers if name in TABLES for row in TABLES[name].named)
 
 
-def rows_of(block: Any) -> tuple[Row, ...]:  # noqa: ANN401
+def rows_of(block: BpyStruct) -> tuple[Row, ...]:
     """The rows that may have to be named for a datablock, those of its base types too."""
     return _rows_of(tuple(struct.identifier for struct in chain_of(block.bl_rna)))

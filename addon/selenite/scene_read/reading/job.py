@@ -7,7 +7,8 @@ a reading does between two graphs is done by who calls `step`, on the main threa
 
 from __future__ import annotations
 
-from typing import Any, Generic, TypeVar
+from collections.abc import Callable
+from typing import Generic, TypeVar
 
 import bpy
 
@@ -15,6 +16,7 @@ from ...problems import Problem
 from .render_depsgraph import Job, Reading, Stopped
 
 T = TypeVar("T")
+Handler = Callable[[bpy.types.Scene], None]
 _POLL = 0.1  # seconds
 
 
@@ -121,5 +123,5 @@ def _redraw_views() -> None:
                     region.tag_redraw()
 
 
-def _before_undo() -> tuple[list[Any], list[Any]]:
+def _before_undo() -> tuple[list[Handler], list[Handler]]:
     return bpy.app.handlers.undo_pre, bpy.app.handlers.redo_pre

@@ -8,16 +8,19 @@ settings and the last picture as they are; its collections and objects are those
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import bpy
 
 from ...problems import Problem
 from .entry import Entry
 from .without_words import without_words
+
+if TYPE_CHECKING:
+    from ..hosts import BpyStruct
 
 T = TypeVar("T")
 _ENGINE = "SELENITE_SCENE_READ"
@@ -75,14 +78,24 @@ class GraphRead:
         return GraphRender(self)
 
 
+class Gate(Protocol):
+    """What a job may wait at, see Entry."""
+
+    def open(self) -> None:
+        """Nobody waits any more. From any thread."""
+
+    def let_on(self) -> bool:
+        """Whether the job has come to its graph."""
+
+
 class Job(Protocol):
     """What a step of a reading is while it goes on: see GraphRender."""
 
     stopped: bool
 
     @property
-    def entry(self) -> Any:
-        """Between the threads, see Entry."""
+    def entry(self) -> Gate:
+        """Between the threads."""
 
     def start(self, *, waits: bool, note: Callable[[str], None] | None = None) -> None:
         """waits: returns at the end, and tells `note` how far it is."""
@@ -321,8 +334,8 @@ def remove_new_pictures(known: set[bpy.types.Image]) -> None:
 
 @contextmanager
 def _set(
-    block: Any,  # noqa: ANN401 - any bpy struct
-    values: dict[str, Any],
+    block: BpyStruct,  # any bpy struct
+    values: Mapping[str, object],
     *,
     forwards: bool = False,
 ) -> Iterator[None]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, cast
 
 import bpy
 import numpy as np
@@ -19,6 +19,9 @@ from .. import hosts
 from . import file_alpha
 from .file_alpha import FileAlpha
 from .nodes import Unreadable
+
+if TYPE_CHECKING:
+    from ..hosts import BpyStruct
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +166,9 @@ def _stored(image: bpy.types.Image, title: str) -> np.ndarray:
         cause = f"its source is {image.source.lower()}"
         raise Unreadable(title, cause, "use a single image")
     width, height = image.size
-    stored = cast(Any, image.pixels)  # the stubs say one float; it is an array of all channels
+    stored = cast(
+        "BpyStruct", image.pixels
+    )  # the stubs say one float; it is an array of all channels
     if width == 0 or height == 0 or len(stored) == 0:
         raise _gone(image, title)
     pixels = np.empty(len(stored), np.float32)

@@ -5,10 +5,13 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
+
+if TYPE_CHECKING:
+    from ..hosts import BpyStruct
 
 #: What a node has for the editor alone, and what is looked at in other ways: its links and values.
 _OF_EDITOR = {
@@ -25,7 +28,7 @@ def settings_of(node: bpy.types.Node) -> list[object]:
     return _values(node, _DEPTH, _OF_EDITOR)
 
 
-def _values(struct: Any, depth: int, left_out: set[str]) -> list[object]:  # noqa: ANN401 - any
+def _values(struct: BpyStruct, depth: int, left_out: set[str]) -> list[object]:  # any
     found: list[object] = []
     for item in struct.bl_rna.properties:
         name = item.identifier
@@ -49,7 +52,7 @@ def _values(struct: Any, depth: int, left_out: set[str]) -> list[object]:  # noq
     return found
 
 
-def plain(value: Any) -> object:  # noqa: ANN401 - the value of any property
+def plain(value: BpyStruct) -> object:
     """Of numbers, texts and lists."""
     if isinstance(value, (set, frozenset)):
         return sorted(value)
@@ -63,7 +66,7 @@ def facts_of(image: bpy.types.Image) -> list[object]:
     painted."""
     facts = [image.name_full, image.source, image.colorspace_settings.name, image.alpha_mode]
     if image.source == "GENERATED" or image.is_dirty:
-        stored: Any = image.pixels
+        stored: BpyStruct = image.pixels
         pixels = np.empty(len(stored), np.float32)
         stored.foreach_get(pixels)
         return [*facts, tuple(image.size), hashlib.sha256(pixels.tobytes()).hexdigest()]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 
@@ -18,6 +18,9 @@ from ...parameters import Values
 from ...problems import Problem
 from .. import hosts
 from ..values import LUMINANCE
+
+if TYPE_CHECKING:
+    from ..hosts import BpyStruct
 
 _CONSTANT_NODES = {"ShaderNodeRGB", "ShaderNodeValue"}
 #: Socket type -> what Cycles passes through it.
@@ -60,7 +63,7 @@ class Source:
     stop: int = -1
 
     @property
-    def place(self) -> tuple[Any, str]:
+    def place(self) -> tuple[BpyStruct, str]:
         """What holds the value, and by which property."""
         if self.stop >= 0 and self.node is not None:
             return self.node.color_ramp.elements[self.stop], "color"
@@ -157,7 +160,7 @@ def constant(source: Source) -> Values | None:
     return value
 
 
-def _numbers(found: Any) -> Values:  # noqa: ANN401 - the value of any socket
+def _numbers(found: BpyStruct) -> Values:  # the value of any socket
     if hasattr(found, "__len__"):
         return tuple(float(channel) for channel in found[:3])
     return (float(found),)

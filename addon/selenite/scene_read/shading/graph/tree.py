@@ -42,15 +42,19 @@ OPTION_BAKE, OPTION_APPROXIMATE = "--bake", "--approximate"
 BAKE = f"or let Cycles bake it: {OPTION_BAKE}"
 MAGENTA = f"or render it magenta as Cycles does: {OPTION_APPROXIMATE}"
 
+# Each holds one kind of thing, which who copies it need not know.
+_List = list[Any]
+_Table = dict[Any, Any]
+
 
 @dataclass(frozen=True)
 class _State:
     """Lengths and contents of what a tree has made so far."""
 
     lengths: list[int]
-    tables: tuple[dict[Any, Any], ...]
-    known: dict[Any, Register]
-    closures: list[Any]
+    tables: tuple[_Table, ...]
+    known: dict[object, Register]
+    closures: _List
 
 
 @dataclass
@@ -241,7 +245,7 @@ class Tree:
 
     def _state(self) -> _State:
         """To which `_go_back` returns."""
-        kept: tuple[list[Any], ...] = (self.problems, self.baked, self.usual, *self.shader.lists())
+        kept: tuple[_List, ...] = (self.problems, self.baked, self.usual, *self.shader.lists())
         return _State(
             [len(item) for item in kept],
             (dict(self.sources), dict(self._results), dict(self._constants)),
@@ -251,10 +255,10 @@ class Tree:
 
     def _go_back(self, before: _State) -> None:
         """Forgets what was made since then."""
-        kept: tuple[list[Any], ...] = (self.problems, self.baked, self.usual, *self.shader.lists())
+        kept: tuple[_List, ...] = (self.problems, self.baked, self.usual, *self.shader.lists())
         for found, length in zip(kept, before.lengths, strict=True):
             del found[length:]
-        tables: tuple[dict[Any, Any], ...] = (self.sources, self._results, self._constants)
+        tables: tuple[_Table, ...] = (self.sources, self._results, self._constants)
         for table, old in zip(tables, before.tables, strict=True):
             table.clear()
             table.update(old)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import hashlib
-from typing import Any
 
 import bpy
 
@@ -38,7 +37,7 @@ def of_world(world: bpy.types.World, scene: bpy.types.Scene) -> str:
     return found.hexdigest()
 
 
-def _add(found: Any, *items: object) -> None:  # noqa: ANN401 - hashlib has no name for it
+def _add(found: hashlib._Hash, *items: object) -> None:
     for item in items:
         found.update(repr(item).encode() + b"\0")
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/run/schedule.h"
-
 #include <gtest/gtest.h>
 
 #include <map>
@@ -40,7 +38,7 @@ struct Course {
       sizes.push_back(photo_of_size(photo.camera, photo.width, photo.height));
     FitProblem problem(scene, sizes, unknowns, settings);
     const Strategy strategy(problem);
-    planned = selenite::planned(schedule(problem, strategy));
+    planned = selenite::planned(Fit::plan(problem, strategy));
     Fit fit(scene, photos, unknowns, settings);
     for (bool more = true; more;) {
       const PhaseKind phase = fit.result().phase;
@@ -65,7 +63,7 @@ std::vector<Photo> two_photos(const Scene& scene, int size = kSyntheticSize) {
   return {synthetic_capture(scene, "Left", size, 64), synthetic_capture(scene, "Right", size, 64)};
 }
 
-TEST(Schedule, OfAdamIsWhatItRenders) {
+TEST(RenderPlan, OfAdamIsWhatItRenders) {
   const Scene scene = synthetic_scene();
   FitSettings settings = synthetic_settings();
   settings.iterations = 7;
@@ -82,7 +80,7 @@ TEST(Schedule, OfAdamIsWhatItRenders) {
 }
 
 // Eight iterations: values have settled after ten at the earliest.
-TEST(Schedule, OfGaussNewtonIsWhatItRenders) {
+TEST(RenderPlan, OfGaussNewtonIsWhatItRenders) {
   const Scene scene = synthetic_scene();
   FitSettings settings = exact_settings(SyntheticRenderer{0.5, 0.5}, 8);
   settings.finite_differences = true;
@@ -96,7 +94,7 @@ TEST(Schedule, OfGaussNewtonIsWhatItRenders) {
 }
 
 // Four parameters, of which many sets look alike: most candidates end in basins of their own.
-TEST(Schedule, OfASearchIsWhatItRenders) {
+TEST(RenderPlan, OfASearchIsWhatItRenders) {
   Scene truth = glass_sphere(1.45, {0.5f, 0.5f, 0.5f, 0.5f});
   truth.appearance.materials[0].maps.clear();
   FitSettings settings;
@@ -115,7 +113,7 @@ TEST(Schedule, OfASearchIsWhatItRenders) {
 }
 
 // Without instruments of an optimiser a refinement gathers its own.
-TEST(Schedule, OfARefinementAfterAdamIsWhatItRenders) {
+TEST(RenderPlan, OfARefinementAfterAdamIsWhatItRenders) {
   const Scene scene = synthetic_scene();
   FitSettings settings = synthetic_settings({0.2, 0.2});
   settings.finite_differences = true;
@@ -128,14 +126,14 @@ TEST(Schedule, OfARefinementAfterAdamIsWhatItRenders) {
 }
 
 // Values that have settled end the descent: the expectation is what most fits do.
-TEST(Schedule, OfALongFitEndsWhereMostHaveSettled) {
+TEST(RenderPlan, OfALongFitEndsWhereMostHaveSettled) {
   const Scene scene = synthetic_scene();
   FitSettings settings = exact_settings(SyntheticRenderer{}, 15);
   const auto samples = [&](int iterations) {
     settings.iterations = iterations;
     FitProblem problem(scene, two_photos(scene), synthetic_unknowns(), settings);
     const Strategy strategy(problem);
-    return planned(schedule(problem, strategy)).at(PhaseKind::kDescent);
+    return planned(Fit::plan(problem, strategy)).at(PhaseKind::kDescent);
   };
   EXPECT_EQ(samples(15), samples(100));
   EXPECT_LT(samples(10), samples(15));
@@ -156,13 +154,13 @@ FitSettings field_settings(int iterations) {
   return settings;
 }
 
-TEST(Schedule, OfAGridByAdamIsWhatItRenders) {
+TEST(RenderPlan, OfAGridByAdamIsWhatItRenders) {
   const Scene scene = smoke(std::vector<float>(8, 0.5f));
   const Course course(scene, taken_photos(scene, 12, 16), {albedo()}, field_settings(12));
   expect_equal(course, PhaseKind::kDescent);
 }
 
-TEST(Schedule, OfAGridBesideScalarsWithoutASearchIsWhatItRenders) {
+TEST(RenderPlan, OfAGridBesideScalarsWithoutASearchIsWhatItRenders) {
   const Scene scene = smoke(coloured(8), 3);
   FitSettings settings = field_settings(14);
   settings.search = "off";
@@ -171,7 +169,7 @@ TEST(Schedule, OfAGridBesideScalarsWithoutASearchIsWhatItRenders) {
 }
 
 // Voxels are stepped together with the scalars, in half of the iterations.
-TEST(Schedule, OfAGridBesideScalarsIsWhatItRenders) {
+TEST(RenderPlan, OfAGridBesideScalarsIsWhatItRenders) {
   std::vector<float> truth = coloured(8);
   for (std::size_t i = 0; i < 12; ++i) truth[i] = 0.5f;
   const Scene scene = smoke(coloured(8), 3);
@@ -188,7 +186,7 @@ TEST(Schedule, OfAGridBesideScalarsIsWhatItRenders) {
 }
 
 // Blocks of texels and of scalars, and at a high roughness a comparison with a low one.
-TEST(Schedule, OfAnImageBesideScalarsIsWhatItRenders) {
+TEST(RenderPlan, OfAnImageBesideScalarsIsWhatItRenders) {
   const Scene scene = board({0.5f, 0.5f, 0.5f, 0.5f});
   FitSettings settings = field_settings(40);
   settings.spp = 8;
@@ -199,7 +197,7 @@ TEST(Schedule, OfAnImageBesideScalarsIsWhatItRenders) {
 }
 
 // The IOR is found by renders at both sides of it before each block of scalars.
-TEST(Schedule, OfAnImageInGlassIsWhatItRenders) {
+TEST(RenderPlan, OfAnImageInGlassIsWhatItRenders) {
   FitSettings settings = field_settings(20);
   settings.spp = 16;
   const Course course(glass_sphere(1.8, {0.5f, 0.5f, 0.5f, 0.5f}),
@@ -229,12 +227,12 @@ double samples_of(const Scene& scene, std::vector<UnknownParameter> fields, FitS
   fields.insert(fields.begin(), extinction());
   FitProblem problem(scene, {photo_of_size("Camera 0", size, size)}, fields, settings);
   const Strategy strategy(problem);
-  return sum(planned(schedule(problem, strategy)));
+  return sum(planned(Fit::plan(problem, strategy)));
 }
 
 UnknownParameter density() { return {"Smoke", "density_grid", {}, 0, 10, 0.03}; }
 
-TEST(Schedule, OfGridsSearchesWhereNothingIsKnownOfTheVoxels) {
+TEST(RenderPlan, OfGridsSearchesWhereNothingIsKnownOfTheVoxels) {
   const auto samples = [&](const std::vector<UnknownParameter>& fields, bool even,
                            bool even_densities, const char* search, int size = 64) {
     FitSettings settings = field_settings(40);
@@ -249,7 +247,7 @@ TEST(Schedule, OfGridsSearchesWhereNothingIsKnownOfTheVoxels) {
   EXPECT_EQ(samples(both, true, false, "auto"), samples(both, true, false, "off"));
 }
 
-TEST(Schedule, OfFewColouredVoxelsStepsThemWithTheScalarsAndRefines) {
+TEST(RenderPlan, OfFewColouredVoxelsStepsThemWithTheScalarsAndRefines) {
   const auto samples = [&](int side, int channels = 3, int iterations = 40) {
     return samples_of(smoke_of(side, channels, true), {albedo()}, field_settings(iterations));
   };
@@ -262,20 +260,20 @@ TEST(Schedule, OfFewColouredVoxelsStepsThemWithTheScalarsAndRefines) {
   EXPECT_NEAR(samples(12, 3, 1280) - samples(12, 3, 640), 2 * first, 0.05 * 2 * first);
 }
 
-TEST(Schedule, CountsAWholeFitOfSeveralPhotosByTheirPixels) {
+TEST(RenderPlan, CountsAWholeFitOfSeveralPhotosByTheirPixels) {
   const Scene scene = synthetic_scene();
   const FitSettings settings = synthetic_settings();
   const auto samples = [&](const std::vector<Photo>& photos) {
     FitProblem problem(scene, photos, synthetic_unknowns(), settings);
     const Strategy strategy(problem);
-    return sum(planned(schedule(problem, strategy)));
+    return sum(planned(Fit::plan(problem, strategy)));
   };
   const Photo left = photo_of_size("Left", 30, 20), right = photo_of_size("Right", 20, 15);
   EXPECT_DOUBLE_EQ(samples({left, right}), 1.5 * samples({left}));
 }
 
 // The pictures of a search stay small: what it adds is the same at all sizes.
-TEST(Schedule, OfASearchDoesNotGrowWithThePhotos) {
+TEST(RenderPlan, OfASearchDoesNotGrowWithThePhotos) {
   const Scene scene = synthetic_scene();
   FitSettings settings = synthetic_settings();
   settings.optimiser = "gauss-newton";
@@ -283,7 +281,7 @@ TEST(Schedule, OfASearchDoesNotGrowWithThePhotos) {
   const auto of_search = [&](int size) {
     FitProblem problem(scene, {photo_of_size("Left", size, size)}, synthetic_unknowns(), settings);
     const Strategy strategy(problem);
-    return planned(schedule(problem, strategy)).at(PhaseKind::kMultiStart);
+    return planned(Fit::plan(problem, strategy)).at(PhaseKind::kMultiStart);
   };
   EXPECT_EQ(of_search(64), of_search(512));
   EXPECT_EQ(of_search(20), of_search(64) / 4) << "nor is a photo enlarged";

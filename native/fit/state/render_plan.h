@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <cstdint>
-#include <string>
 #include <vector>
 
+#include "fit/evaluate/photo_evaluator.h"
 #include "fit/state/fit_result.h"
 #include "fit/state/strategy.h"
 
@@ -50,10 +49,40 @@ struct ExpectedCourse {
   double passes = 3;                ///< of a refinement
   double profiled_roughnesses = 5;  ///< of each roughness beside an unknown light
 };
+inline constexpr ExpectedCourse kExpected;
 
-/// What each phase of a fit will render, from the numbers that the phases go by. What nobody knows
-/// before it has run counts as most fits do it (`ExpectedCourse`): iterations until the values have
-/// settled, passes of a refinement, alternatives to compare.
-std::vector<PlannedRenders> schedule(const FitProblem& problem, const Strategy& strategy);
+/// Pixels that a fit renders of photos.
+double pixels_of(const std::vector<Photo>& photos);
+
+/// What a fit will render: each phase adds its own, from the numbers that it goes by. What nobody knows
+/// before it has run counts as most fits do it (`ExpectedCourse`).
+class RenderPlan {
+ public:
+  /// How many renders a picture with derivatives takes.
+  struct Renders {
+    int plain = 0, carrying = 0;
+  };
+
+  RenderPlan(const FitProblem& of, const Strategy& by)
+      : problem(of), strategy(by), pixels(pixels_of(of.photos())) {}
+
+  const FitProblem& problem;
+  const Strategy& strategy;
+  const double pixels;  ///< of all photos
+
+  /// Equal ones are counted together.
+  void add(PhaseKind phase, double of_pixels, int spp, double renders, Carried carried);
+  void add(PhaseKind phase, double of_pixels, int spp, double times, const Renders& renders);
+  void validate(PhaseKind phase, double times);
+  Renders renders_of(Purpose purpose, const Differences& which) const;
+  static Renders renders_of(const SceneModel& model, const Point& point, Purpose purpose,
+                            const Differences& which);
+  /// Unknown parameters with a coordinate of that kind.
+  int count_of(Scale scale) const;
+  const std::vector<PlannedRenders>& renders() const { return renders_; }
+
+ private:
+  std::vector<PlannedRenders> renders_;
+};
 
 }  // namespace selenite
