@@ -75,7 +75,7 @@ def _colour_images(tree: bpy.types.NodeTree) -> list[bpy.types.Image]:
 def _left_out(node: bpy.types.Node) -> list[str]:
     found = []
     for name in _LEFT_OUT:
-        socket = node.inputs.get(name)
+        socket: bpy.types.NodeSocket | None = node.inputs.get(name)
         if socket is None:
             continue
         usual = _VALUES.get(name)
