@@ -44,7 +44,9 @@ def scene(tmp_path: Path) -> bpy.types.Scene:
 
 def pattern(material: bpy.types.Material, **inputs: float) -> bpy.types.Node:
     """A texture that is not read, in the base colour."""
-    kind = "Gabor" if hasattr(bpy.types, "ShaderNodeTexGabor") else "Musgrave"
+    # 4.2 has neither of the first two; of Noise only that of 4.3 to 4.5 is read.
+    kinds = ("Gabor", "Musgrave", "Noise")
+    kind = next(kind for kind in kinds if hasattr(bpy.types, f"ShaderNodeTex{kind}"))
     node = material.node_tree.nodes.new(f"ShaderNodeTex{kind}")
     node.inputs["Scale"].default_value = 3
     for name, value in inputs.items():

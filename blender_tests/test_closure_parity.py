@@ -82,6 +82,21 @@ NODES = {
             "Tangent": TANGENT,
         },
     ),
+    "principled stretched": (
+        "Principled",
+        {"distribution": "MULTI_GGX"},
+        {
+            "Base Color": COLOR,
+            "Metallic": 0.3,
+            "Roughness": 0.5,
+            "Transmission Weight": 0.3,
+            "Coat Weight": 0.4,
+            "Coat Roughness": 0.3,
+            "Anisotropic": 0.7,
+            "Anisotropic Rotation": 0.15,
+            "Tangent": TANGENT,
+        },
+    ),
     "sheen": ("Sheen", {"distribution": "MICROFIBER"}, {"Color": COLOR, "Roughness": 0.4}),
     "subsurface": (
         "Subsurface",

@@ -35,8 +35,34 @@ def test_flat_faces_keep_their_own_normal():
     np.testing.assert_allclose(np.abs(mesh.corner_normals).max(axis=1), 1, atol=1e-6)
 
 
-@pytest.mark.parametrize("sharp", [False, True])
-@pytest.mark.parametrize("smooth", ["no", "some", "all"])
+def test_each_triangle_of_a_bent_flat_face_has_its_own_normal():
+    bpy.ops.mesh.primitive_plane_add(size=2)
+    bpy.context.object.data.vertices[3].co.z = 1
+    mesh = made.read().meshes[0]
+    corners = mesh.positions[mesh.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    assert abs(normals[0] @ normals[1]) < 0.9
+    np.testing.assert_allclose(mesh.corner_normals, np.repeat(normals, 3, axis=0), atol=1e-6)
+
+
+def test_smooth_faces_average_over_flat_ones():
+    """As in Cycles, where no edge is sharp: the rim of a cylinder with flat caps leans outwards."""
+    bpy.ops.mesh.primitive_cylinder_add(vertices=16, radius=1, depth=2)
+    for polygon in bpy.context.object.data.polygons:
+        polygon.use_smooth = len(polygon.vertices) == 4
+    mesh = made.read().meshes[0]
+    sides = np.abs(mesh.corner_normals[:, 2]) < 0.99
+    assert sides.sum() == 3 * 32
+    # By angles of corners: 90 degrees of two quads against the cap's own.
+    cap = np.pi * (1 - 2 / 16)
+    tilt = cap / np.hypot(cap, 2 * np.pi / 2 * np.cos(np.pi / 16))
+    np.testing.assert_allclose(np.abs(mesh.corner_normals[sides, 2]), tilt, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("smooth", "sharp"), [("no", False), ("all", False), ("some", True), ("all", True)]
+)
 def test_normals_are_those_that_blender_splits(smooth, sharp):
     mesh = made.sphere(segments=12).data
     for index, polygon in enumerate(mesh.polygons):
@@ -63,3 +89,18 @@ def test_each_triangle_has_the_slot_of_its_face():
     item.data.calc_loop_triangles()
     expected = [min(one.material_index, 2) for one in item.data.loop_triangles]
     np.testing.assert_array_equal(read.material_slots, expected)
+
+
+@pytest.mark.parametrize("number", [float("inf"), float("nan"), 1e19])
+def test_faces_of_a_vertex_that_is_nowhere_are_left_out_with_a_warning(number):
+    bpy.ops.mesh.primitive_cube_add(size=2)
+    bpy.context.object.data.vertices[0].co.x = number
+    read = made.read()
+    (mesh,) = read.meshes
+    assert np.isfinite(mesh.positions).all() and np.abs(mesh.positions).max() <= 1
+    left = 12 - len(mesh.triangles)
+    assert 3 <= left <= 6  # triangles of three quads
+    assert read.warnings == [
+        f"Object 'Cube': {left} triangles with vertices that are not finite are left out, as in "
+        "Cycles"
+    ]

@@ -2,9 +2,12 @@
 """What nodes ask of the mesh: pointiness, and the alpha of attributes, as Cycles has them."""
 
 import bpy
+import made_scenes as made
 import numpy as np
 import pytest
-from node_probes import Probe
+from node_probes import Probe, shifted
+
+from selenite.scene_read.scene import read_scene
 
 pytestmark = pytest.mark.blender
 
@@ -54,3 +57,102 @@ def test_alpha_of_attributes_is_that_of_cycles(bumpy, kind, domain):
     share = 0.9 if domain == "CORNER" else 0.99
     for make in (by_name, usual, of_a_map):
         assert bumpy.difference(make, share) < EXACT, make.__name__
+
+
+#: Types of attributes, and the member with the value.
+TYPES = {
+    "FLOAT": "value",
+    "INT": "value",
+    "INT8": "value",
+    "BOOLEAN": "value",
+    "FLOAT2": "vector",
+    "FLOAT_VECTOR": "vector",
+    "FLOAT_COLOR": "color",
+    "BYTE_COLOR": "color",
+    "QUATERNION": "value",
+}
+
+
+def _numbered(mesh, name, kind, domain):
+    """An attribute that differs from place to place."""
+    attribute = mesh.attributes.new(name, kind, domain)
+    for number, item in enumerate(attribute.data):
+        value = getattr(item, TYPES[kind])
+        share = (number % 5) / 5
+        if hasattr(value, "__len__"):
+            setattr(item, TYPES[kind], [0.1 + share / (1 + i) for i in range(len(value))])
+        else:
+            setattr(item, TYPES[kind], share if kind == "FLOAT" else type(value)(number % 3))
+
+
+def _given(name, output):
+    def make(graph):
+        return shifted(graph, graph.node("Attribute", attribute_name=name).outputs[output])
+
+    return make
+
+
+@pytest.mark.parametrize("kind", TYPES)
+@pytest.mark.parametrize("domain", ["POINT", "FACE", "CORNER", "EDGE"])
+def test_attributes_are_those_of_cycles(bumpy, kind, domain):
+    if domain == "EDGE" and kind in {"QUATERNION", "BYTE_COLOR", "FLOAT_COLOR", "INT8"}:
+        pytest.skip("how Blender blends these over edges is not read")
+    bpy.data.objects["Body"].modifiers.clear()
+    _numbered(bpy.data.objects["Body"].data, "Own", kind, domain)
+    share = 0.99 if domain in {"POINT", "EDGE"} else 0.9
+    for output in ("Vector", "Fac", "Alpha"):
+        assert bumpy.difference(_given("Own", output), share) < EXACT, output
+
+
+@pytest.mark.parametrize(
+    "name", ["generated", "pointiness", "random_per_island", "uv", "vertex_color", "N", "position"]
+)
+def test_what_cycles_makes_itself_has_its_name(bumpy, name):
+    mesh = bpy.data.objects["Body"].data
+    _numbered(mesh, "Paint", "FLOAT_COLOR", "POINT")
+    for output in ("Color", "Fac", "Alpha"):
+        assert bumpy.difference(_given(name, output), 0.97) < EXACT, output
+
+
+@pytest.mark.parametrize("name", ["color", "density", "undeformed", "motion_P", "ptex_uv", "none"])
+def test_names_of_other_things_are_0_on_a_mesh(bumpy, name):
+    mesh = bpy.data.objects["Body"].data
+    if name != "none":
+        _numbered(mesh, name, "FLOAT_COLOR", "POINT")
+    for output in ("Color", "Fac", "Alpha"):
+        assert bumpy.difference(_given(name, output), 0.97) < EXACT, output
+        values = read_scene(bpy.context.scene, surveys=False)
+        assert not values.problems
+
+
+def test_an_attribute_of_numbers_is_read_without_a_graph():
+    made.studio()
+    mesh = bpy.data.objects["Body"].data
+    _numbered(mesh, "Own", "FLOAT", "FACE")
+    node = mesh.materials[0].node_tree.nodes.new("ShaderNodeAttribute")
+    node.attribute_name = "Own"
+    made.link(mesh.materials[0], node.outputs["Color"])
+    read = made.read()
+    assert not read.problems and not read.warnings
+    (item,) = read.meshes
+    numbers = np.array([item.value for item in mesh.attributes["Own"].data])
+    faces = np.array([item.polygon_index for item in mesh.loop_triangles])
+    (name, values), *_ = item.colors
+    assert name == "Own"
+    np.testing.assert_allclose(values[:, 1], np.repeat(numbers[faces], 3), atol=1e-6)
+
+
+@pytest.mark.skipif(bpy.app.version < (4, 1, 0), reason="Blender 3 splits by angles")
+@pytest.mark.parametrize("how", ["sharp edges", "some faces flat"])
+def test_islands_are_counted_after_faces_are_split(tmp_path, how):
+    probe = Probe("sphere", tmp_path)
+    mesh = bpy.data.objects["Body"].data
+    for index, edge in enumerate(mesh.edges):
+        edge.use_edge_sharp = how == "sharp edges" and index % 2 == 0
+    for index, polygon in enumerate(mesh.polygons):
+        polygon.use_smooth = how == "sharp edges" or index % 2 == 0
+
+    def make(graph):
+        return graph.node("NewGeometry").outputs["Random Per Island"]
+
+    assert probe.difference(make, 0.97) < EXACT

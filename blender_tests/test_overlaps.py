@@ -6,6 +6,7 @@ Which of them Cycles shows otherwise was looked at with bpy 4.5: see `geometry/o
 
 import math
 
+import bmesh
 import bpy
 import made_scenes as made
 import numpy as np
@@ -16,6 +17,7 @@ from selenite.scene_read.scene import read_scene
 
 pytestmark = pytest.mark.blender
 ON_TOP = "have faces in one plane on top of each other"
+TWICE, WALL = "it is there twice at one place", "it shares a wall with"
 
 
 def plane(name, size=6.0, place=(0, 0, 0), turned=(0, 0, 0), **values):
@@ -48,13 +50,16 @@ def room():
     return plane("Floor")
 
 
-def said(part=ON_TOP):
-    scene = bpy.context.scene
-    return [text for text in read_scene(scene).warnings if part in text]
+def said(*parts):
+    """Warnings and problems with one of these parts, of overlaps if none is given."""
+    read = read_scene(bpy.context.scene)
+    texts = [*read.warnings, *(item.line() for item in read.problems)]
+    parts = parts or (ON_TOP, TWICE, WALL)
+    return [text for text in texts if any(part in text for part in parts)]
 
 
 def pairs():
-    """The names of each warning, which stand between quotes."""
+    """The names of each message, which stand between quotes."""
     return [tuple(text.split("'")[1:4:2]) for text in said()]
 
 
@@ -183,6 +188,50 @@ def test_instances_at_one_place_are_named_once() -> None:
         empty.instance_type, empty.instance_collection = "COLLECTION", group
     (text,) = said("is there more than once")
     assert text.startswith("Object 'Box' is there more than once at one place")
+
+
+def refused():
+    return [item.line() for item in read_scene(bpy.context.scene).problems]
+
+
+def _floor_there_twice():
+    plane("Twin")
+    return [("Floor", "Twin")]
+
+
+@pytest.mark.parametrize("make", [_floor_there_twice, _smooth_body_twice])
+def test_two_objects_that_are_one_are_refused(make) -> None:
+    room()
+    ((first, second),) = make()
+    (text,) = refused()
+    assert text == (
+        f"Object '{first}': it is there twice at one place, the other time as object '{second}', "
+        "which Cycles shows otherwise (with shadows, or black); delete one of both"
+    )
+
+
+def test_a_wall_of_glass_that_two_bodies_share_is_refused() -> None:
+    room()
+    cube("Vessel", 1, (0, 0, 2), transmission=1.0)
+    cube("Liquid", 0.5, (0, 0, 2.25), transmission=1.0)
+    (text,) = refused()
+    assert text.startswith("Object 'Vessel': it shares a wall with object 'Liquid', and light")
+    bpy.data.objects["Liquid"].location.z = 2.2
+    assert refused() == []
+
+
+def test_faces_of_glass_on_top_of_others_are_not_said_to_render_alike() -> None:
+    room()
+    ball = made.sphere("Ball", made.material("Ball", transmission=1.0))
+    ball.location.z = 2
+    mesh = bmesh.new()
+    mesh.from_mesh(ball.data)
+    mesh.faces.ensure_lookup_table()
+    bmesh.ops.duplicate(mesh, geom=mesh.faces[:3])
+    mesh.to_mesh(ball.data)
+    (text,) = said("does not come out as from a closed body")
+    assert "Cycles shows faces on top of others otherwise" in text
+    assert "renders the same" not in text
 
 
 def test_many_pairs_are_counted() -> None:

@@ -288,6 +288,21 @@ def test_hair_is_refused_and_emitters_of_objects_are_not():
     assert not made.read().problems
 
 
+def test_particles_that_are_played_and_not_baked_are_refused():
+    made.camera()
+    particles()
+    scene = bpy.context.scene
+    settings = bpy.data.objects["Body"].particle_systems[0].settings
+    settings.type, settings.frame_start, settings.frame_end = "EMITTER", 1, 1
+    scene.frame_set(1)
+    assert not made.read().problems  # where they are born
+    scene.frame_set(12)
+    (problem,) = made.read().problems
+    assert problem.object == "Object 'Body'" and "not baked" in problem.cause
+    settings.physics_type = "NO"
+    assert not made.read().problems
+
+
 def lit(item=None):
     """A floor, a lamp, a camera that looks down at an angle."""
     floor = geometry.cube("Floor", 6, made.material("Grey", roughness=0.6))

@@ -25,6 +25,7 @@ class PrincipledBsdf {
   using S = scalar_t<T>;
   using U = uniform_t<T>;  // of what the material's parameters alone decide
   using R = number_t<T>;
+  static constexpr bool kTwists = !kIsLanes<S> && !std::is_same_v<T, S>;
 
  public:
   /// Of a Principled<U>, or of what makes a `Layers<T>` of other weights when it is called with the
@@ -45,14 +46,14 @@ class PrincipledBsdf {
         active_(active),
         skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin),
         unphysical_(flavour.evaluate_unphysical_refraction) {
-    S tan2 = tangent2(wi_);
-    if constexpr (!kIsLanes<S>)
-      if (layers_.stretched) tan2 = stretched_tangent2(wi_, S(value_of(layers_.stretch)));
+    const S tan2 = tangent2(wi_);
     const auto lambda = [tan2](const R& width2) { return ggx_lambda(tan2, width2); };
     const R singular = static_cast<R>(layers_.version1 ? kSingularWidth2V1 : kSingularWidth2);
-    base_.start(layers_.width2,
-                layers_.has(kSpecular) || layers_.has(kMetal) || layers_.has(kGlass), singular,
-                lambda);
+    base_.start(layers_.width2, layers_.has_base(), singular, lambda);
+    if constexpr (!kIsLanes<S>)
+      if (layers_.stretched)
+        base_.lambda_i =
+            ggx_lambda(stretched_tangent2(wi_, S(value_of(layers_.stretch))), base_.width2);
     through_.start(layers_.through_width2, layers_.has(kGlass), singular, lambda);
     coat_.start(layers_.coat_width2, layers_.has(kCoat), singular, lambda);
   }
@@ -98,7 +99,7 @@ class PrincipledBsdf {
     PrincipledBsdf left = *this;
     left.layers_.keep(kinds);
     const auto has = [&left](Lobe lobe) { return left.layers_.has(lobe); };
-    left.base_.spreads = base_.spreads && (has(kSpecular) || has(kMetal) || has(kGlass));
+    left.base_.spreads = base_.spreads && left.layers_.has_base();
     left.through_.spreads = through_.spreads && has(kGlass);
     left.coat_.spreads = coat_.spreads && has(kCoat);
     return left;
@@ -127,6 +128,9 @@ class PrincipledBsdf {
   }
 
  private:
+  template <class>
+  friend class SurfaceBsdf;
+
   /// Lobes of one roughness share micronormals.
   struct Width {
     R width2 = 0;
@@ -211,11 +215,10 @@ class PrincipledBsdf {
     }
     cos_m = select(reached, cos_m, S(1));
     if constexpr (!kIsLanes<S>) {
-      if (layers_.stretched || layers_.micronormals != Micronormals::kGgx) {
+      if (layers_.has_uncommon()) {
         const Vec3<S> m = drawn.known ? drawn.m : sum / sqrt(length2);
-        add_uncommon_reflection<kValue, kDensity>(o, {m.x * m.x, m.y * m.y, m.z * m.z}, cos_m, f,
-                                                  p);
-        return;
+        add_uncommon_reflection<kValue, kDensity>(o, m, cos_m, f, p);
+        if (!layers_.glass_apart() && !coat_.spreads) return;
       }
     }
     const S tan2_i = tangent2(wi_), tan2_o = tangent2(o);
@@ -230,7 +233,13 @@ class PrincipledBsdf {
       const S density = ggx_normals(r2, z2, width.width2) * per_cos / (1 + width.lambda_i);
       return select(reached, density, S(0));
     };
-    if (base_.spreads) {
+    if (layers_.glass_apart()) {
+      if (through_.spreads) {
+        if constexpr (kValue) f += layers_.glass.at(cos_m) * shape(layers_.through_width2);
+        if constexpr (kDensity)
+          p += layers_.pick[kGlass] * layers_.reflected_share(cos_m) * seen(through_);
+      }
+    } else if (base_.spreads && !layers_.has_uncommon()) {
       if constexpr (kValue) f += layers_.base_reflectance(cos_m) * shape(layers_.width2);
       if constexpr (kDensity) p += layers_.base_reflection_pick(cos_m) * seen(base_);
     }
@@ -240,25 +249,36 @@ class PrincipledBsdf {
     }
   }
 
-  /// Of a single closure whose micronormals are not isotropic GGX ones; m2: squares of the micronormal.
+  /// By the micronormal m that is not one of isotropic GGX.
   template <bool kValue, bool kDensity>
-  void add_uncommon_reflection(const Vec3<S>& o, const Vec3<S>& m2, const S& cos_m, Color<T>& f,
+  void add_uncommon_reflection(const Vec3<S>& o, const Vec3<S>& m, const S& cos_m, Color<T>& f,
                                S& p) const {
     if (!base_.spreads) return;
+    const Vec3<S> m2{m.x * m.x, m.y * m.y, m.z * m.z};
     if constexpr (kValue) {
-      const T shape =
-          narrow(layers_.width2, layers_.stretch, [&](const auto& width2, const auto& stretch) {
-            using X = std::decay_t<decltype(width2)>;
-            if (layers_.micronormals == Micronormals::kAshikhminShirley) {
-              using std::abs;
-              return X(ashikhmin_shirley(m2, cos_m, cos_i_, S(abs(o.z)), width2, stretch));
-            }
-            const X r2 = stretched_normal(m2.x, m2.y, stretch);
-            const X tan2_i = stretched_tangent2(wi_, stretch),
-                    tan2_o = stretched_tangent2(o, stretch);
-            return X(layers_.normals(r2, X(m2.z), width2) *
-                     layers_.shadowing(tan2_i, tan2_o, width2) / (4 * cos_i_));
-          });
+      // `twist`: nothing, or the angle by which the widths turn.
+      const auto shape_by = [&](const auto& width2, const auto& stretch, const auto&... twist) {
+        using X = std::decay_t<decltype(width2)>;
+        using std::abs;
+        X r2 = stretched_normal(m2.x, m2.y, stretch);
+        ((r2 += twisted(S(2 * m.x * m.y), stretch, twist)), ...);
+        if (layers_.micronormals == Micronormals::kAshikhminShirley)
+          return X(ashikhmin_shirley(m2, r2, cos_m, cos_i_, S(abs(o.z)), width2, stretch));
+        const auto tangent = [&](const Vec3<S>& v) {
+          X tan2 = stretched_tangent2(v, stretch);
+          ((tan2 +=
+            twisted(S(2 * v.x * v.y / max(v.z * v.z, S(1e-14))), X(X(S(1)) / stretch), twist)),
+           ...);
+          return tan2;
+        };
+        return X(layers_.normals(r2, X(m2.z), width2) *
+                 layers_.shadowing(tangent(wi_), tangent(o), width2) / (4 * cos_i_));
+      };
+      const T shape = [&]() -> T {
+        if constexpr (kTwists)
+          if (has_slope(twist_)) return shape_by(layers_.width2, layers_.stretch, twist_);
+        return narrow(layers_.width2, layers_.stretch, shape_by);
+      }();
       f += layers_.base_reflectance(cos_m) * shape;
     }
     if constexpr (kDensity) {
@@ -323,6 +343,8 @@ class PrincipledBsdf {
   bool skin_;
   Width base_, through_, coat_;
   bool unphysical_;
+  /// By which the two widths turn: 0, with its derivatives. `SurfaceBsdf` sets it.
+  std::conditional_t<kTwists, T, std::tuple<>> twist_{};
 };
 
 }  // namespace selenite

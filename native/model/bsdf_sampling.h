@@ -81,15 +81,17 @@ inline void PrincipledBsdf<T>::mirror_or_refract(const Choice& choice, const S& 
   Mask refracted = false;
   if (layers_.version1)
     refracted = glass & (choice.left >= layers_.pick[kGlass] * layers_.macro_reflected);
+  Mask by_through = refracted;
+  if (layers_.glass_apart()) by_through = by_through | glass;
   const Mask mirror = select(coat, Mask(coat_.singular),
-                             select(refracted, Mask(through_.singular), Mask(base_.singular)));
+                             select(by_through, Mask(through_.singular), Mask(base_.singular)));
   Vec3<S> m{S(0), S(0), S(1)};
   if (active_.some(chosen & !mirror)) {
     const S width2 =
-        select(coat, S(coat_.width2), select(refracted, S(through_.width2), S(base_.width2)));
+        select(coat, S(coat_.width2), select(by_through, S(through_.width2), S(base_.width2)));
     m = select(mirror, m, ggx_sample_visible(wi_, S(sqrt(width2)), u1, u2));
     if constexpr (!kIsLanes<S>)
-      if (layers_.stretched && !mirror) {
+      if (layers_.stretched && !mirror && !coat && !by_through) {
         const S width = sqrt(width2), root = sqrt(value_of(layers_.stretch));
         m = ggx_sample_stretched(wi_, S(width / root), S(width * root), u1, u2);
       }
@@ -156,6 +158,10 @@ inline void PrincipledBsdf<T>::weigh_singular(const Proposal& proposal, Color<T>
     if (base_.singular) {
       sum += layers_.base_reflectance(cos_m);
       probability += layers_.base_reflection_pick(cos_m);
+    }
+    if (layers_.glass_apart() && through_.singular) {
+      sum += layers_.glass.at(cos_m);
+      probability += layers_.pick[kGlass] * layers_.reflected_share(cos_m);
     }
     if (layers_.has(kCoat) && coat_.singular) {
       sum += layers_.coat.at(cos_m);

@@ -10,6 +10,7 @@
 #include "model/diffuse.h"
 #include "model/fresnel.h"
 #include "model/micronormals.h"
+#include "model/narrow.h"
 #include "model/ray_kind.h"
 #include "model/top_lobes.h"
 
@@ -61,6 +62,47 @@ struct LayerWeights {
   S macro_reflected = 0;  ///< version 1: probability that glass reflects
 
   bool has(int lobe) const { return present[lobe]; }
+  /// Whether glass reflects by other micronormals than metal and the specular lobe: those of its
+  /// refraction, which are never stretched.
+  bool glass_apart() const {
+    if constexpr (kIsLanes<S>)
+      return false;
+    else
+      return stretched && has(kGlass);
+  }
+  /// Whether there are reflections by the base roughness.
+  bool has_base() const { return has(kSpecular) || has(kMetal) || (has(kGlass) && !glass_apart()); }
+  /// Whether their micronormals are not isotropic GGX ones.
+  bool has_uncommon() const {
+    if constexpr (kIsLanes<S>)
+      return false;
+    else
+      return stretched || micronormals != Micronormals::kGgx;
+  }
+  /// Two widths about that of the roughness, none above 1; `ratio`: y over x. Returns the roughness
+  /// of their mean.
+  T stretch_to(const T& roughness, const T& ratio) requires(!kIsLanes<S>) {
+    const T width = square(clamp01(roughness)), root = safe_sqrt(ratio);
+    const T x = width / root, y = width * root;
+    stretched = true;
+    stretch = ratio;
+    if (!(value_of(max(x, y)) > 1)) return roughness;
+    const T x1 = min(x, T(1)), y1 = min(y, T(1));
+    stretch = y1 / x1;
+    return safe_sqrt(safe_sqrt(x1 * y1));
+  }
+  /// As the nodes Principled BSDF and Metallic BSDF count their anisotropy.
+  T stretch_by(const T& roughness, const T& anisotropy) requires(!kIsLanes<S>) {
+    const T a = clamp01(anisotropy);
+    if (!(value_of(a) > 0) && !has_slope(a)) return roughness;
+    return stretch_to(roughness, T(1) - a * S(0.9));
+  }
+  bool stretch_moves() const {
+    if constexpr (kIsLanes<S>)
+      return false;
+    else
+      return stretched && has_slope(stretch);
+  }
   /// D of what reflects and refracts.
   template <class X, class W>
   auto normals(const X& r2, const X& z2, const W& squared_width) const {
@@ -109,14 +151,14 @@ struct LayerWeights {
   Color<T> base_reflectance(S cos_m) const {
     Color<T> sum{};
     if (has(kSpecular)) sum += specular.at(cos_m);
-    if (has(kGlass)) sum += glass.at(cos_m);
+    if (has(kGlass) && !glass_apart()) sum += glass.at(cos_m);
     if (has(kMetal)) sum += metal_weight * metal.at(cos_m);
     return sum;
   }
   /// Probability of drawing one of them, given the micronormal.
   S base_reflection_pick(S cos_m) const {
     S sum = pick[kSpecular] + pick[kMetal];
-    if (has(kGlass)) sum += pick[kGlass] * reflected_share(cos_m);
+    if (has(kGlass) && !glass_apart()) sum += pick[kGlass] * reflected_share(cos_m);
     return sum;
   }
   /// Probability that the glass lobe reflects at a micronormal, close to its share of the energy.

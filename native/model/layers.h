@@ -33,7 +33,7 @@ struct Layers : LayerWeights<T> {
   /// cos_i: viewer's cosine to the bent normal of the specular lobes, > 0. active: the lanes that
   /// decide whether a lobe is there.
   Layers(const Principled<U>& m, const Flavour& flavour, const SurfacePoint<S>& point, S cos_i,
-         const mask_t<S>& active)
+         const mask_t<S>& active, const U& anisotropy = U(0))
       : cos_i_(cos_i),
         active_(active),
         compensate_(flavour.distribution == Flavour::Distribution::kMultiGgx),
@@ -43,6 +43,10 @@ struct Layers : LayerWeights<T> {
     transparency = Color<U>(U(1) - alpha);
     const U roughness = clamp01(m.roughness);
     width2 = through_width2 = square(square(roughness));
+    if constexpr (!kIsLanes<S>) {
+      mirror_roughness_ = this->stretch_by(roughness, anisotropy);
+      if (this->stretched) width2 = square(square(mirror_roughness_));
+    }
     if (version1) {
       stack_version1(m, alpha, point.backfacing);
     } else {
@@ -87,8 +91,14 @@ struct Layers : LayerWeights<T> {
       blocked_[c] = !active_.some(value_of(below[c]) != S(0)) && !active_.move(below[c]);
     if (matters(m.emission_strength)) emission = m.emission_color * (m.emission_strength * w);
 
+    const U& mirrored = *[&] {
+      if constexpr (kIsLanes<S>)
+        return &roughness;
+      else
+        return &mirror_roughness_;
+    }();
     const U metallic = clamp01(m.metallic);
-    if (matters(below * (w * metallic))) add_metal(m, roughness, w * metallic);
+    if (matters(below * (w * metallic))) add_metal(m, mirrored, w * metallic);
     w = w * (U(1) - metallic);
 
     const U ior = max(m.ior, U(R(1e-5)));
@@ -98,7 +108,7 @@ struct Layers : LayerWeights<T> {
     w = w * (U(1) - transmission);
 
     if (matters(below * w)) {
-      add_specular(m, roughness, ior, w);
+      add_specular(m, mirrored, ior, w);
       add_diffuse(m, w, below, point);
     }
     if (!present[kCoat]) return;
@@ -251,7 +261,7 @@ struct Layers : LayerWeights<T> {
     present[kMetal] = true;
     estimate_[kMetal] = value_of(weight) * value_of(mean_channel(metal.at(cos_i_)));
     carries_slope_[kMetal] = active_.move(metal_weight) || has_slope(metal.f0) ||
-                             has_slope(metal.bump) || has_slope(width2);
+                             has_slope(metal.bump) || has_slope(width2) || this->stretch_moves();
   }
 
   void add_glass(const Principled<U>& m, const U& roughness, const U& eta_seen, const T& weight) {
@@ -315,7 +325,7 @@ struct Layers : LayerWeights<T> {
     specular = layer(reflectance, interface, map_tint(m.specular_tint, nonnegative), roughness,
                      compensate_, U(1), w, estimate_[kSpecular]);
     present[kSpecular] = true;
-    carries_slope_[kSpecular] = moves(specular) || has_slope(width2);
+    carries_slope_[kSpecular] = moves(specular) || has_slope(width2) || this->stretch_moves();
   }
 
   void add_diffuse(const Principled<U>& m, const T& w, const Color<T>& below,
@@ -348,7 +358,7 @@ struct Layers : LayerWeights<T> {
     if (!matters(subsurface)) return;
     if (skin_) entry_eta = m.subsurface_ior;
     entry_eta = clamp(entry_eta, S(1.01), S(3.8));
-    entry_width2 = skin_ ? T(1) : width2;
+    entry_width2 = skin_ ? T(1) : through_width2;
     present[kSubsurface] = true;
     estimate_[kSubsurface] = mean_channel(value_of(subsurface * base));
     carries_slope_[kSubsurface] = true;
@@ -374,6 +384,8 @@ struct Layers : LayerWeights<T> {
   S cos_i_;
   ActiveLanes<S> active_;
   bool compensate_, skin_;
+  /// Of metal and the specular lobe.
+  std::conditional_t<kIsLanes<S>, std::tuple<>, T> mirror_roughness_{};
   /// Channels that do not get through the coat at all; Cycles leaves them out of what darkens the
   /// layers below. A tint with a derivative is treated as its limit, so that it does not jump.
   std::array<bool, 3> blocked_{};

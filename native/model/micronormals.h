@@ -88,6 +88,14 @@ T stretched_tangent2(const Vec3<S>& v, const T& stretch) {
   return (T(v.x * v.x) / stretch + stretch * (v.y * v.y)) / max(v.z * v.z, S(1e-14));
 }
 
+/// What both of them change by when the x axis turns by a small angle towards the y axis; `twice_xy`: of
+/// the micronormal, or of the direction over the square of its z component. `ratio`: the stretch of a
+/// micronormal, its inverse of a direction.
+template <class S, class T>
+T twisted(const S& twice_xy, const T& ratio, const T& angle) {
+  return (ratio - T(S(1)) / ratio) * (angle * twice_xy);
+}
+
 /// Density of Beckmann's micronormals, 1/sr. Source: Walter et al. 2007, equation 25.
 template <class T, class U>
 auto beckmann_normals(const U& r2, const U& z2, const T& width2) {
@@ -109,16 +117,15 @@ auto beckmann_lambda(const U& tan2, const T& width2) {
 }
 
 /// Reflection by Ashikhmin and Shirley's lobe without its Fresnel term, times the light's cosine, 1/sr.
-/// r2: squared distance of the unit micronormal (x2, y2, z2) to the z axis, stretched; cos_m: its cosine
-/// to the viewer. Source: Ashikhmin and Shirley 2000, equation 4.
+/// m2: squares of the unit micronormal; r2: its squared distance to the z axis, stretched; cos_m: its
+/// cosine to the viewer. Source: Ashikhmin and Shirley 2000, equation 4.
 template <class T, class S>
-T ashikhmin_shirley(const Vec3<S>& m2, const S& cos_m, const S& cos_i, const S& cos_o,
+T ashikhmin_shirley(const Vec3<S>& m2, const T& r2, const S& cos_m, const S& cos_i, const S& cos_o,
                     const T& width2, const T& stretch) {
   using std::exp, std::log1p, std::sqrt;
   const S across = m2.x + m2.y;
   // The exponent is nx hx^2 + ny hy^2 over hx^2 + hy^2, nx = 2 / x width^2 - 2.
-  const T mean =
-      across > S(0) ? stretched_normal(m2.x, m2.y, stretch) / (width2 * across) - T(S(1)) : T(S(0));
+  const T mean = across > S(0) ? r2 / (width2 * across) - T(S(1)) : T(S(0));
   const S log_z2 = -log1p(S(across / max(m2.z, S(1e-14))));
   const T twice = T(S(2)) / width2;
   const T scale = sqrt((twice * stretch - T(S(1))) * (twice / stretch - T(S(1))));

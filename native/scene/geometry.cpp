@@ -100,6 +100,9 @@ void prefetch([[maybe_unused]] const Geometry::Face& face) {
 #endif
 }
 
+/// By how much the coordinate along the normal has to be smaller to count.
+constexpr float kFlat = 64;
+
 std::vector<Geometry::Face> faces_of(const Mesh& mesh) {
   std::vector<Geometry::Face> faces;
   faces.reserve(mesh.triangles.size());
@@ -112,6 +115,12 @@ std::vector<Geometry::Face> faces_of(const Mesh& mesh) {
     }
     const auto& [a, b, c] = face.corners;
     face.ng = normalize(cross(b - a, c - a));
+    // Of a floor without end only the height rounds its distance from what stands on it.
+    float along = 0;
+    for (const Vec3f& corner : face.corners)
+      along = std::max(along, std::abs(corner.x * face.ng.x) + std::abs(corner.y * face.ng.y) +
+                                  std::abs(corner.z * face.ng.z));
+    if (along * kFlat < face.coordinate) face.coordinate = along;
     face.slot = mesh.material_slots[i];
   }
   return faces;
@@ -119,7 +128,78 @@ std::vector<Geometry::Face> faces_of(const Mesh& mesh) {
 
 }  // namespace
 
-Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances)
+namespace {
+
+/// Bounds of an instance in the world; empty (low > high) without a finite vertex.
+struct WorldBox {
+  Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  void include(const Vec3d& p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  bool empty() const { return low.x > high.x; }
+  double radius() const { return length(high - low) / 2; }
+  double distance(const Vec3d& p) const {
+    const auto beside = [](double l, double h, double x) { return std::max({l - x, x - h, 0.0}); };
+    return length(
+        Vec3d{beside(low.x, high.x, p.x), beside(low.y, high.y, p.y), beside(low.z, high.z, p.z)});
+  }
+};
+
+/// The centre of the scene serves cameras that are at most this many times as far from it as from
+/// what they see: positions there are good to 1e-5 of their distance.
+constexpr double kFarFromCentre = 64;
+/// A camera inside of a box sees something at least this part of its radius away.
+constexpr double kInside = 0.05;
+
+/// Where a scene's coordinates begin, and how far it reaches from there.
+struct Place {
+  Vec3d origin;
+  Geometry::Radii radius;
+};
+
+Place place_of(const std::vector<Mesh>& meshes, const std::vector<Instance>& instances,
+               const std::vector<Vec3d>& eyes) {
+  WorldBox all;
+  std::vector<WorldBox> boxes;
+  for (const Instance& instance : instances) {
+    WorldBox box;
+    for (const Vec3f& p : meshes[instance.mesh].positions)
+      if (finite(p)) box.include(instance.to_world.point(Vec3d(p)));
+    if (box.empty()) continue;
+    all.include(box.low), all.include(box.high);
+    boxes.push_back(box);
+  }
+  if (all.empty()) return {};
+  const Vec3d middle = (all.low + all.high) * 0.5;
+  const auto radius = static_cast<float>(all.radius());
+
+  bool far = false;
+  Vec3d sum;
+  double weights = 0;
+  std::vector<double> nearest;
+  for (const Vec3d& eye : eyes) {
+    double found = std::numeric_limits<double>::infinity();
+    for (const WorldBox& box : boxes)
+      found = std::min(found, std::max(box.distance(eye), kInside * box.radius()));
+    const double weight = 1 / (found * found);
+    sum += eye * weight, weights += weight;
+    far = far || length(eye - middle) > kFarFromCentre * found;
+    nearest.push_back(found);
+  }
+  if (!far || !std::isfinite(weights)) return {middle, {radius, radius}};
+  const Vec3d origin = sum * (1 / weights);
+  double near = 0;
+  for (std::size_t i = 0; i < eyes.size(); ++i)
+    near = std::max(near, length(eyes[i] - origin) + nearest[i]);
+  const float farthest = radius + static_cast<float>(length(origin - middle));
+  return {origin, {farthest, std::min(farthest, static_cast<float>(near))}};
+}
+
+}  // namespace
+
+Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances,
+                   const std::vector<Vec3d>& eyes)
     : meshes_(std::move(meshes)),
       instances_(std::move(instances)),
       in_world_space_(instances_.size(), 0),
@@ -132,20 +212,10 @@ Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances)
   for (const Mesh& mesh : meshes_) closed_.push_back(encloses(mesh.positions, mesh.triangles));
 
   std::vector<int> uses(meshes_.size(), 0);
-  Vec3d low(1e300, 1e300, 1e300), high = -low;
-  for (const Instance& instance : instances_) {
-    ++uses[instance.mesh];
-    for (const Vec3f& p : meshes_[instance.mesh].positions) {
-      if (!finite(p)) continue;
-      const Vec3d w = instance.to_world.point(Vec3d(p));
-      low = {std::min(low.x, w.x), std::min(low.y, w.y), std::min(low.z, w.z)};
-      high = {std::max(high.x, w.x), std::max(high.y, w.y), std::max(high.z, w.z)};
-    }
-  }
-  if (low.x <= high.x) {
-    origin_ = (low + high) * 0.5;
-    radius_ = static_cast<float>(length(high - low) / 2);
-  }
+  for (const Instance& instance : instances_) ++uses[instance.mesh];
+  const Place place = place_of(meshes_, instances_, eyes);
+  origin_ = place.origin;
+  radius_ = place.radius;
 
   std::vector<int> prototypes(meshes_.size(), -1);
   std::vector<Vec3d> middles(meshes_.size());

@@ -83,14 +83,22 @@ class Accelerator;
 ///
 /// A mesh used once is transformed to world space in double; a mesh used several times stays in its
 /// own space and is instanced. All coordinates are relative to `origin`, the centre of the scene, so
-/// that a scene far from the world's origin keeps its digits.
+/// that a scene far from the world's origin keeps its digits; or a place between the cameras, where
+/// something far away would have moved the centre too far from what they see.
 class Geometry {
  public:
-  /// Drops triangles with non-finite corners or no area, counts them in `dropped`.
-  Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances);
+  /// Drops triangles with non-finite corners or no area, counts them in `dropped`. `eyes`: where
+  /// cameras stand.
+  Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances,
+           const std::vector<Vec3d>& eyes = {});
   ~Geometry();
   Geometry(const Geometry&) = delete;
   Geometry& operator=(const Geometry&) = delete;
+
+  /// Of spheres around `origin`: one that holds everything, and one with what is next to cameras.
+  struct Radii {
+    float all = 0, near = 0;
+  };
 
   std::optional<Hit> intersect(const Ray& ray, RayKind kind) const;
   /// The same for camera rays that run close together, kTogether at most.
@@ -115,7 +123,7 @@ class Geometry {
     std::array<Vec3f, 3> corners, normals;
     Vec3f ng;
     int slot;
-    float coordinate;  ///< the largest
+    float coordinate;  ///< the largest, or that along `ng` where that is far smaller
   };
   /// Of an instance whose mesh is kept in world space; null for others, of which `surface` knows.
   const Face* face(int instance, int triangle) const {
@@ -138,7 +146,7 @@ class Geometry {
   const std::vector<Mesh>& meshes() const { return meshes_; }
   const std::vector<Instance>& instances() const { return instances_; }
   const Vec3d& origin() const { return origin_; }
-  float radius() const { return radius_; }  ///< of a sphere around `origin` that holds everything
+  const Radii& radius() const { return radius_; }
   const std::vector<std::pair<std::string, long>>& dropped() const { return dropped_; }
   long triangle_count() const;
 
@@ -151,7 +159,7 @@ class Geometry {
   std::vector<Transform> to_object_;  ///< likewise
   std::vector<char> closed_;          ///< per mesh
   Vec3d origin_;
-  float radius_ = 0;
+  Radii radius_;
   std::vector<std::pair<std::string, long>> dropped_;
   std::unique_ptr<Accelerator> accelerator_;
   mutable std::mutex preparing_;

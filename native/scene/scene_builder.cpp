@@ -117,7 +117,9 @@ int SceneBuilder::add_camera(Camera camera) {
 
 Scene SceneBuilder::build() const {
   appearance.world.check();
-  Scene scene{std::make_shared<Geometry>(meshes, instances), cameras, appearance};
+  std::vector<Vec3d> eyes;
+  for (const Camera& camera : cameras) eyes.push_back(camera.to_world.translation());
+  Scene scene{std::make_shared<Geometry>(meshes, instances, eyes), cameras, appearance};
   const Vec3d& origin = scene.geometry->origin();
   for (Light& light : scene.appearance.lights) light.prepare(origin);
   for (Material& material : scene.appearance.materials) {

@@ -119,6 +119,13 @@ inline const std::vector<MixtureFamily>& mixture_families() {
          return {placed(c::Diffuse<double>{{.8, .3, .1}, .4}, .7),
                  placed(c::Glossy<double>{{.5, .6, .7}, r}, .3)};
        }},
+      {"principled_stretched",
+       [](double r) -> Mixture {
+         c::AnisotropicPrincipled<double> m;
+         m.metallic = 0.3, m.transmission = 0.4, m.coat_weight = 0.5, m.coat_roughness = 0.3;
+         m.roughness = r, m.anisotropic = 0.8;
+         return of(kMultiGgx, m, {1, 2, 0});
+       }},
       {"principled_glass_and_translucent",
        [](double r) -> Mixture {
          Principled<double> m;

@@ -314,5 +314,48 @@ TEST(ClosureSlopesAtZero, BlackColourAndWeightKeepTheirSlopesInSamples) {
   of_colour([](const Color<D>& color) { return Closure<D>(c::Translucent<D>{color}); });
 }
 
+// The derivative by the direction in which highlights are long, and by how long they are.
+TEST(ClosureSlopes, KnowTheTangent) {
+  using enum Flavour::Distribution;
+  c::AnisotropicPrincipled<D> principled = lift<D>(Principled<double>{});
+  principled.roughness = D(0.4), principled.metallic = D(0.5), principled.anisotropic = D(0.7);
+  const c::Glossy<D> glossy{Color<D>(D(.8)), D(.4), D(-.6)};
+  const c::Conductor<D> conductor{Color<D>(D(2.5)), Color<D>(D(3)), D(.4), D(.7)};
+  const auto point = cases::flat(kView, false);
+  const Vec3d wo = cases::direction(0.63, 2.95);
+  const auto value = [&](const Closure<D>& closure, Flavour::Distribution distribution,
+                         double angle, bool moves) {
+    const D a = moves ? D::variable(angle, 0) : D(angle);
+    using std::cos, std::sin;
+    const Vec3<D> tangent{D(2) * cos(a), D(2) * sin(a), D(.4)};
+    std::vector<PlacedClosure<D>> one(1);
+    one[0] = {closure, Flavour{.distribution = distribution}, D(1), {0, 0, 1}};
+    one[0].tangent = {tangent.x.v, tangent.y.v, tangent.z.v};
+    if (moves) one[0].rotating = tangent;
+    return SurfaceBsdf<D>(one, point).value(wo).g;
+  };
+  const double step = 1e-5;
+  for (const auto& closure : {Closure<D>(principled), Closure<D>(glossy), Closure<D>(conductor)})
+    for (const auto distribution : {kGgx, kBeckmann, kAshikhminShirley}) {
+      if (distribution == kAshikhminShirley && !std::holds_alternative<c::Glossy<D>>(closure))
+        continue;
+      if (distribution == kBeckmann && closure.index() == 0) continue;
+      const double up = value(closure, distribution, 0.7 + step, false).v,
+                   down = value(closure, distribution, 0.7 - step, false).v;
+      const D here = value(closure, distribution, 0.7, true);
+      EXPECT_NEAR(here.d[0], (up - down) / (2 * step), 1e-5 * std::abs(here.d[0]));
+      EXPECT_GT(std::abs(here.d[0]), 0.5 * here.v);
+    }
+  const auto by_anisotropy = [&](double x) {
+    principled.anisotropic = D::variable(x, 0);
+    return value(principled, kMultiGgx, 0.7, false);
+  };
+  for (const double x : {0., 0.3, 0.9}) {
+    const double least = std::max(x - step, 0.);
+    const double slope = (by_anisotropy(x + step).v - by_anisotropy(least).v) / (x + step - least);
+    EXPECT_NEAR(by_anisotropy(x).d[0], slope, 1e-4 * (1 + std::abs(slope)));
+  }
+}
+
 }  // namespace
 }  // namespace selenite

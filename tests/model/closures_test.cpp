@@ -153,6 +153,37 @@ TEST(Closures, MetallicIsTheMetalOfThePrincipled) {
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(got[k], want[k], 1e-14);
 }
 
+TEST(Closures, AnisotropyOfThePrincipledIsThatOfMetallic) {
+  c::AnisotropicPrincipled<double> m;
+  m.metallic = 1, m.base_color = {.9, .5, .2}, m.specular_tint = {.4, .8, 1};
+  for (const auto& [roughness, anisotropic] : {std::pair{.4, .6}, {.9, .9}, {.3, 1.}}) {
+    m.roughness = roughness, m.anisotropic = anisotropic;
+    const c::Metallic<double> metal{{.9, .5, .2}, {.4, .8, 1}, roughness, anisotropic};
+    const Mixture of_principled = cases::of(Flavour::Distribution::kMultiGgx, m, {1, 2, .3}),
+                  of_metal = cases::of(Flavour::Distribution::kMultiGgx, metal, {1, 2, .3});
+    const auto at = cases::flat(kView, false);
+    const Colord want = SurfaceBsdf<double>(of_metal, at).value(kLight),
+                 got = SurfaceBsdf<double>(of_principled, at).value(kLight);
+    EXPECT_GT(want.g, 0);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(got[k], want[k], 1e-13 * want[k]);
+  }
+}
+
+TEST(Closures, AnisotropyLeavesGlassAndCoatAlone) {
+  c::AnisotropicPrincipled<double> m;
+  m.transmission = 1, m.roughness = 0.4, m.coat_weight = 1, m.coat_roughness = 0.3;
+  const Mixture round = cases::of(Flavour::Distribution::kMultiGgx, m, {1, 2, 0});
+  m.anisotropic = 0.9;
+  const Mixture stretched = cases::of(Flavour::Distribution::kMultiGgx, m, {1, 2, 0});
+  const auto at = cases::flat(kView, false);
+  for (const Vec3d& wo : {kLight, cases::direction(0.5, -2), cases::direction(-0.8, 3)}) {
+    const Colord want = SurfaceBsdf<double>(round, at).value(wo),
+                 got = SurfaceBsdf<double>(stretched, at).value(wo);
+    EXPECT_GT(want.g, 0);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(got[k], want[k], 1e-12 * want[k]);
+  }
+}
+
 TEST(Closures, WhiteGlassIsTheGlassOfThePrincipled) {
   Principled<double> m;
   m.transmission = 1, m.base_color = Colord(1), m.roughness = 0.4;

@@ -146,11 +146,43 @@ TEST(Geometry, DropsTrianglesWithoutAreaOrWithBadCornersAndCountsThem) {
   EXPECT_EQ(geometry->dropped()[0].first, "Broken");
   EXPECT_EQ(geometry->dropped()[0].second, 4);
   EXPECT_EQ(geometry->triangle_count(), 1);
-  EXPECT_TRUE(std::isfinite(geometry->radius()));
+  EXPECT_TRUE(std::isfinite(geometry->radius().all));
   const Vec3f at = Vec3f(Vec3d{0.25, 0.25, 1} - geometry->origin());
   const auto hit = geometry->intersect({at, {0, 0, -1}, 0, kFar}, kCameraRay);
   ASSERT_TRUE(hit);
   EXPECT_EQ(geometry->surface(*hit).material, 1);  // slots moved up with the triangles
+}
+
+/// The origin where a ball stands at `place`, seen from 6 units away, and something else far off.
+Vec3d origin_beside(const Vec3d& place, const Vec3d& far, const std::vector<Vec3d>& eyes) {
+  std::vector<Instance> instances(2);
+  instances[0].to_world.translate(place);
+  instances[1].to_world.translate(far);
+  for (Instance& instance : instances) instance.materials = {0};
+  return Geometry({sphere_mesh(1, 8)}, instances, eyes).origin();
+}
+
+TEST(Geometry, TheOriginFollowsWhatCamerasSee) {
+  const Vec3d eye{0, -6, 1}, other{6, 0, 1}, astray{3e5, 1e6, 0};
+  // Without anything far away it is the centre, wherever cameras are.
+  EXPECT_LT(length(origin_beside({0, 0, 0}, {20, 0, 0}, {eye}) - Vec3d{10, 0, 0}), 1e-9);
+  for (const double distance : {1e4, 1e6, 1e9, 1e18}) {
+    const Vec3d far{distance, distance, distance / 2};
+    EXPECT_LT(length(origin_beside({0, 0, 0}, far, {eye, other})), 7) << distance;
+    EXPECT_LT(length(origin_beside({3e3, 1e4, 0}, far, {Vec3d{3e3, 1e4 - 6, 0}}) -
+                     Vec3d{3e3, 1e4 - 6, 0}),
+              1e-6)
+        << distance;
+  }
+  // A camera that sees nothing near counts for little.
+  EXPECT_LT(length(origin_beside({0, 0, 0}, {1e4, 0, 0}, {eye, astray})), 7);
+}
+
+TEST(Geometry, AFloorWithoutEndLetsRaysStartCloseToIt) {
+  const auto geometry = geometry_of(quad_mesh(5e5), {Transform{}});
+  const auto hit = geometry->intersect({{1, 2, 1}, {0, 0, -1}, 0, kFar}, kCameraRay);
+  ASSERT_TRUE(hit);
+  EXPECT_LT(geometry->surface(*hit).offset, 1e-6);
 }
 
 TEST(Geometry, UnusableNormalsBecomeTheFaces) {
@@ -168,7 +200,7 @@ TEST(Geometry, UnusableNormalsBecomeTheFaces) {
 TEST(Geometry, EmptyScenesHaveNothingToHit) {
   const Geometry geometry({}, {});
   EXPECT_FALSE(geometry.intersect({{0, 0, 0}, {0, 0, 1}, 0, kFar}, kCameraRay));
-  EXPECT_EQ(geometry.radius(), 0);
+  EXPECT_EQ(geometry.radius().all, 0);
 }
 
 /// How a closed object is stored and where.

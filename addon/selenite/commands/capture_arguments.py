@@ -19,6 +19,8 @@ from ..scene_read.capture_request import (
 )
 
 if TYPE_CHECKING:
+    import bpy
+
     from ..scene_read.values import SceneValues
 
 
@@ -48,6 +50,17 @@ def add_captures(parser: argparse._ActionsContainer, photo: str) -> None:
         default=None,
         help="find a shift and roll of each photo within 4 pixels",
     )
+
+
+def stored_captures(
+    args: argparse.Namespace, scene: bpy.types.Scene, problems: list[Problem]
+) -> list[CaptureRequest]:
+    """Those of the scene. Adds what is wrong with them, unless others are given."""
+    from ..scene_read.photos import captures_of, misplaced_backgrounds  # needs Blender
+
+    if not args.captures and not args.photo:
+        problems += misplaced_backgrounds(scene)
+    return captures_of(scene)
 
 
 def captures_from(

@@ -18,7 +18,7 @@ from ..fit_run.unknowns import USUAL, usual_requests
 from ..problems import BadInput, Problem, listed
 from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.values import Owner, SceneValues
-from .capture_arguments import captures_from
+from .capture_arguments import captures_from, stored_captures
 from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import say
@@ -34,7 +34,7 @@ def run(args: argparse.Namespace) -> JsonObject:
     """Reads and builds the scene; exit status 2 if anything stands in the way. A render does
     without the photos that the scene names, so that those which are gone do not count."""
     from ..cycles_check import render_settings
-    from ..scene_read.photos import captures_of, packed_photos
+    from ..scene_read.photos import packed_photos
 
     scene, values = open_scene(args.scene, reading_of(args))
     problems: list[Problem] = []
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> JsonObject:
         problems = list(error.problems)
     captures: Sequence[CaptureRequest] = ()
     with suppress(BadInput):  # its problems are in `problems`
-        captures = captures_from(args, captures_of(scene), values, problems)
+        captures = captures_from(args, stored_captures(args, scene, problems), values, problems)
     warnings = list(values.warnings)
     remarks_of: dict[str, list[str]] = {}
     lights_of: dict[str, str] = {}

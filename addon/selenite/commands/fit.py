@@ -31,7 +31,7 @@ from ..problems import BadInput, Problem, meant, problems_of
 from ..scene_read.options import options_of
 from ..scene_read.values import SceneValues
 from . import arguments
-from .capture_arguments import captures_from
+from .capture_arguments import captures_from, stored_captures
 from .environment_arguments import with_environment
 from .fit_results import deliver
 from .fitted.start_result import begin_at, checked, start_folder, starting_there
@@ -102,9 +102,9 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     arguments.stop_if(problems)
     scene, values = open_scene(base.scene, base.reading | reading_of(args))
 
-    from ..scene_read.photos import captures_of, packed_photos
+    from ..scene_read.photos import packed_photos
 
-    stored = base.captures or tuple(captures_of(scene))
+    stored = base.captures or tuple(stored_captures(args, scene, problems))
     if begins_at:
         begin = checked(begins_at)
         values = begin_at(scene, values, begin)

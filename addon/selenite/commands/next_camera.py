@@ -23,7 +23,7 @@ from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
 from . import arguments
-from .capture_arguments import captures_from
+from .capture_arguments import captures_from, stored_captures
 from .fit import unknowns_of
 from .scene import find_constant, open_scene, reading_of
 from .terminal import bar, say, say_saved, table
@@ -48,14 +48,16 @@ def run(args: argparse.Namespace) -> JsonObject:
         problems += error.problems
     scene, values = open_scene(base.scene, base.reading | reading_of(args))
 
-    from ..scene_read.photos import captures_of, packed_photos
+    from ..scene_read.photos import packed_photos
 
     unknowns = unknowns_of(args, base, values, (), problems)
     changes = _changes(args, values, problems)
     request = RunRequest(
         scene=str(absolute(base.scene)),
         unknowns=tuple(_at(item, {**fitted, **changes}) for item in unknowns),
-        captures=captures_from(args, base.captures or captures_of(scene), values, problems),
+        captures=captures_from(
+            args, base.captures or stored_captures(args, scene, problems), values, problems
+        ),
         settings=settings,
     )
     try:

@@ -10,7 +10,7 @@ from ..fit_run.settings import FitSettings, with_overrides
 from ..information.world_rotation import RotationSearch, said
 from ..problems import BadInput, Problem
 from . import arguments
-from .capture_arguments import captures_from
+from .capture_arguments import captures_from, stored_captures
 from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import bar, say, say_saved
@@ -29,9 +29,9 @@ def run(args: argparse.Namespace) -> dict[str, object]:
         problems += error.problems
     scene, values = open_scene(args.scene, reading_of(args))
 
-    from ..scene_read.photos import captures_of, packed_photos
+    from ..scene_read.photos import packed_photos
 
-    requests = captures_from(args, captures_of(scene), values, problems)
+    requests = captures_from(args, stored_captures(args, scene, problems), values, problems)
     arguments.stop_if([*values.problems, *problems])
     values.physical_refraction = settings.physical_refraction
     search = RotationSearch(values, requests, settings, packed_photos())

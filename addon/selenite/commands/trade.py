@@ -17,7 +17,7 @@ from ..trade.expected import Estimate
 from ..trade.measure import Trade
 from ..trade.start import estimate_of, trade_of
 from . import arguments
-from .capture_arguments import captures_from
+from .capture_arguments import captures_from, stored_captures
 from .fit import unknowns_of
 from .grouping import grouped
 from .scene import open_scene, reading_of
@@ -48,12 +48,12 @@ def run(args: argparse.Namespace) -> JsonObject:
         problems += error.problems
     scene, values = open_scene(args.scene, reading_of(args))
 
-    from ..scene_read.photos import captures_of, packed_photos
+    from ..scene_read.photos import packed_photos
 
     request = RunRequest(
         scene=str(absolute(args.scene)),
         unknowns=unknowns_of(args, RunRequest(args.scene), values, (), problems),
-        captures=captures_from(args, captures_of(scene), values, problems),
+        captures=captures_from(args, stored_captures(args, scene, problems), values, problems),
         settings=settings,
     )
     try:

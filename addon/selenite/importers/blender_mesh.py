@@ -15,6 +15,7 @@ import mathutils
 import numpy as np
 
 from ..scene_read import hosts
+from ..scene_read.geometry import corner_normals
 from .appearance import Appearances, of_gltf, of_obj
 from .blender_material import COLORS
 from .obj_scan import ObjScan, scan, write_copy
@@ -187,9 +188,9 @@ def _neutral(item: bpy.types.Object, appearances: Appearances) -> ReconstructedM
     normals = None
     if smooth:
         matrix = np.array(item.matrix_world, np.float64)
-        normals = hosts.corner_normals(mesh, corners, triangles.ravel()) @ np.linalg.inv(
-            matrix[:3, :3]
-        )
+        local = hosts.floats(mesh.vertices, "co", 3)
+        of_corners = corner_normals.of(mesh, local, corners, triangles.ravel())
+        normals = of_corners @ np.linalg.inv(matrix[:3, :3])
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = (normals / np.where(lengths > 0, lengths, 1)).reshape(-1, 3, 3)
     materials, material_of, uvs = _materials(item, appearances, maps)

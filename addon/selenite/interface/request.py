@@ -13,7 +13,7 @@ from ..fit_run.settings import FitSettings
 from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.options import options_of
-from ..scene_read.photos import captures_of
+from ..scene_read.photos import captures_of, misplaced_backgrounds
 from ..scene_read.values import Owner, SceneValues
 from . import stages
 from .chosen import chosen
@@ -68,6 +68,7 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
         problems.append(Problem("Fit", "no parameter is ticked", cure))
     names = [parameters.join_name(item.owner, item.parameter) for item in unknowns]
     captures = tuple(captures_of(scene))
+    problems += misplaced_backgrounds(scene)
     request = RunRequest(
         scene=bpy.data.filepath,
         unknowns=tuple(unknowns),

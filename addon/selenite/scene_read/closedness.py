@@ -66,7 +66,7 @@ def survey(positions: np.ndarray, triangles: np.ndarray) -> Closedness:
     if count == 0:
         return Closedness(0)
     edges = _Edges(corners, len(places))
-    body = _components(count, edges.left, edges.right)
+    body = components(count, edges.left, edges.right)
     disagreeing = _disagreeing_faces(count, edges)
     loose = (edges.sizes == 1) | (edges.balance != 0)
     open_bodies = np.unique(body[edges.faces[edges.first[loose]]])
@@ -136,7 +136,7 @@ class _Edges:
         self.edge_of_pair = (np.cumsum(new) - 1)[same]
 
 
-def _components(count: int, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+def components(count: int, left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Lowest member of the connected component of each of `count` things (count,)."""
     label = np.arange(count)
     while True:
@@ -160,7 +160,7 @@ def _disagreeing_faces(count: int, edges: _Edges) -> int:
     left, right = edges.left[plain & ~agree], edges.right[plain & ~agree]
     if not len(left):
         return 0
-    patch = _components(count, edges.left[plain & agree], edges.right[plain & agree])
+    patch = components(count, edges.left[plain & agree], edges.right[plain & agree])
     faces_of = np.bincount(patch, minlength=count)
     neighbours: dict[int, set[int]] = {}
     for a, b in zip(patch[left].tolist(), patch[right].tolist(), strict=True):

@@ -189,30 +189,57 @@ def triangle_faces(mesh: bpy.types.Mesh) -> np.ndarray:
     return whole_numbers(mesh.loop_triangles, "polygon_index")
 
 
-def corner_normals(mesh: bpy.types.Mesh, corners: np.ndarray, vertices: np.ndarray) -> np.ndarray:
-    """(3m, 3) float32 normals of the corners of `mesh.loop_triangles`, which must be calculated.
+def normals_domain(mesh: bpy.types.Mesh) -> str:
+    """What normals Cycles shades a mesh by: "CORNER", where faces are split; else "POINT" or
+    "FACE", which differ in what faces are that nothing is said of."""
+    if not hasattr(mesh, "normals_domain"):  # 3.x: only then are there sharp edges and own normals
+        return "CORNER" if getattr(mesh, "use_auto_smooth", False) else "POINT"
+    found = str(mesh.normals_domain)
+    if found != "CORNER" or mesh.has_custom_normals or "custom_normal" in mesh.attributes:
+        return found
+    # Blender counts flat faces among what splits; Cycles does not.
+    return "CORNER" if flags(mesh, "sharp_edge").any() else "POINT"
 
-    `corners`: loops, `vertices`: vertices of the triangles' corners.
-    """
+
+def flat_faces(mesh: bpy.types.Mesh, *, all_are: bool) -> np.ndarray:
+    """(faces,) bool. all_are: what they are if the mesh says nothing of its faces."""
+    if not hasattr(mesh, "normals_domain"):
+        smooth = np.empty(len(mesh.polygons), bool)
+        mesh.polygons.foreach_get("use_smooth", smooth)
+        return ~smooth
+    found = flags(mesh, "sharp_face")
+    return found if len(found) else np.full(len(mesh.polygons), all_are)
+
+
+def flags(mesh: bpy.types.Mesh, name: str) -> np.ndarray:
+    """A boolean attribute, empty where there is none."""
+    attribute: BpyStruct = mesh.attributes.get(name)
+    if attribute is None or attribute.data_type != "BOOLEAN":
+        return np.empty(0, bool)
+    found = np.empty(len(attribute.data), bool)
+    attribute.data.foreach_get("value", found)
+    return found
+
+
+def has_free_normals(mesh: bpy.types.Mesh) -> bool:
+    """Whether custom normals are vectors of any length and direction (from 4.5 on), not relative to
+    those of the surface."""
+    attribute: BpyStruct = mesh.attributes.get("custom_normal")
+    return attribute is not None and attribute.data_type == "FLOAT_VECTOR"
+
+
+def splits_faces() -> bool:
+    """Whether Cycles splits meshes at sharp edges, and has one normal for all corners of a vertex
+    that is left (4.1 to 5.0; what 3.x splits is not known here)."""
+    return (4, 1, 0) <= bpy.app.version < (5, 1, 0)
+
+
+def corner_normals(mesh: BpyStruct, corners: np.ndarray) -> np.ndarray:
+    """(len(corners), 3) float32 normals of the corners of a mesh whose faces are split."""
     if hasattr(mesh, "corner_normals"):  # from 4.1 on
         return np.take(floats(mesh.corner_normals, "vector", 3), corners, axis=0)
-    return _corner_normals_of_3(mesh, corners, vertices)
-
-
-def _corner_normals_of_3(mesh: BpyStruct, corners: np.ndarray, vertices: np.ndarray) -> np.ndarray:
-    if mesh.use_auto_smooth:  # only then are there sharp edges and normals of one's own
-        mesh.calc_normals_split()
-        return np.take(floats(mesh.loops, "normal", 3), corners, axis=0)
-    smooth = np.empty(len(mesh.polygons), bool)
-    mesh.polygons.foreach_get("use_smooth", smooth)
-    if smooth.all():
-        return np.take(floats(mesh.vertex_normals, "vector", 3), vertices, axis=0)
-    faces = np.repeat(triangle_faces(mesh), 3)
-    flat = np.take(floats(mesh.polygon_normals, "vector", 3), faces, axis=0)
-    if not smooth.any():
-        return flat
-    curved = np.take(floats(mesh.vertex_normals, "vector", 3), vertices, axis=0)
-    return np.where(np.take(smooth, faces)[:, None], curved, flat)
+    mesh.calc_normals_split()
+    return np.take(floats(mesh.loops, "normal", 3), corners, axis=0)
 
 
 def corner_uv_maps(mesh: bpy.types.Mesh, corners: np.ndarray) -> tuple[tuple[str, np.ndarray], ...]:

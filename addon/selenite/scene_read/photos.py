@@ -8,9 +8,14 @@ from typing import Any
 
 import bpy
 
+from ..problems import Problem
+from . import hosts
 from .camera import named_cameras
 from .capture_request import PACKED, CaptureRequest, with_ids
 from .panel_photos import photo_fields
+
+#: Differences in placement that nobody sees, and of shapes that are the same but for rounding.
+_STILL, _SAME_SHAPE = 1e-4, 0.01
 
 
 def captures_of(scene: bpy.types.Scene) -> list[CaptureRequest]:
@@ -22,10 +27,51 @@ def captures_of(scene: bpy.types.Scene) -> list[CaptureRequest]:
         return [_of_row(row, names) for row in rows]
     found = []
     for camera, name in names.items():
-        image = next((item.image for item in camera.data.background_images if item.image), None)
-        if image is not None:
-            found.append(CaptureRequest(name, photo_name(image), ""))
+        background = next((item for item in camera.data.background_images if item.image), None)
+        if background is not None:
+            found.append(CaptureRequest(name, photo_name(background.image), ""))
     return found
+
+
+def misplaced_backgrounds(scene: bpy.types.Scene) -> list[Problem]:
+    """Of the background images that `captures_of` takes for photos, those that their cameras show
+    otherwise than as the file is. The rows of the panel hold files alone."""
+    settings = getattr(scene, "selenite", None)
+    if settings is not None and any(row.enabled for row in settings.captures):
+        return []
+    found = []
+    for camera, name in {item: name for name, item in named_cameras(scene).items()}.items():
+        background = next((item for item in camera.data.background_images if item.image), None)
+        if background is not None and (how := _how_shown(background, camera, scene)):
+            cause = f"its background image '{background.image.name}' is {how} in the camera"
+            cure = (
+                "reset that in the camera's Background Images and change the file instead, or name "
+                "the photo as a capture"
+            )
+            found.append(Problem(f"Camera '{name}'", cause, cure))
+    return found
+
+
+def _how_shown(
+    background: bpy.types.CameraBackgroundImage, camera: bpy.types.Object, scene: bpy.types.Scene
+) -> str:
+    """What of the placement or colour is not as the file is; empty if all is."""
+    image = background.image
+    known = hosts.is_srgb(image) or hosts.is_linear(image) and not hosts.is_data(image)
+    width, height = image.size
+    settings = scene.render
+    wide = settings.resolution_x * settings.pixel_aspect_x
+    high = settings.resolution_y * settings.pixel_aspect_y
+    fits = not width * height or abs(width * high / (height * wide) - 1) < _SAME_SHAPE
+    found = {
+        "flipped": background.use_flip_x or background.use_flip_y,
+        "turned": abs(background.rotation) > _STILL,
+        "scaled": abs(background.scale - 1) > _STILL,
+        "moved": max(abs(background.offset[0]), abs(background.offset[1])) > _STILL,
+        "cropped or stretched": background.frame_method != "FIT" and not fits,
+        f"shown in the colour space {image.colorspace_settings.name}": not known,
+    }
+    return " and ".join(what for what, is_so in found.items() if is_so)
 
 
 def capture_of_row(row: bpy.types.PropertyGroup, scene: bpy.types.Scene) -> CaptureRequest:

@@ -12,7 +12,15 @@ import numpy as np
 from .. import parameters
 from ..problems import Problem
 from . import camera as cameras
-from . import hosts, linking, properties, view_layers, visibility, volume_objects
+from . import (
+    hosts,
+    linking,
+    properties,
+    view_layers,
+    visibility,
+    volume_objects,
+    working_space,
+)
 from .baking.approximated import ComparisonAsked
 from .baking.baked import BakeAsked
 from .baking.wanted import Baker
@@ -24,6 +32,7 @@ from .lamps.frames import LampFrames
 from .options import ReadingOptions, options_of
 from .reading.render_depsgraph import GraphRead, Reading, at_once, remarks, view_layer_of
 from .shading import materials, world
+from .shading.graph.surface import closure_rows
 from .shading.nodes import Unreadable
 from .shading.textures import TextureRoom
 from .values import ALL_SETS, ObjectValues, SceneValues
@@ -63,6 +72,7 @@ def reading(
         cause = f"a render has {width} x {height} pixels"
         cure = "raise the resolution or its percentage"
         read.problems.append(Problem(f"Scene '{scene.name}'", cause, cure))
+    read.problems += working_space.problems(scene)
     found = cameras.named_cameras(scene)
     layer = view_layer_of(scene)
     rendered: list[bpy.types.Object] = []
@@ -207,8 +217,8 @@ def _read_object(
         for slot, material in enumerate(slots)
     )
     for name in {found[slot] for slot in used}:
-        shading_data.judge_attributes(title, read.meshes[index], name, read)
         shading_data.add_vectors(evaluated, index, name, read)
+        shading_data.judge_attributes(title, read.meshes[index], name, read)
     _add_object(instance, layer, links, index, found, read)
     if room.baker is not None and read.objects and read.objects[-1].materials is found:
         place = len(read.objects) - 1
@@ -383,7 +393,7 @@ def _judge_properties(
     )
     known = {
         socket
-        for parameter in parameters.of("material")
+        for parameter in (*parameters.of("material"), *closure_rows()["principled"])
         if hosts.flavour() in parameter.versions
         for socket in parameter.sockets
     }

@@ -21,7 +21,51 @@ ISLAND = ".island"
 NORMAL = ".normal"
 POINTINESS = ".pointiness"
 TANGENT, SIGN = ".tangent ", ".sign "  # and the name of a UV map
-ALPHA = ".alpha "  # and the name of an attribute
+SHADED = ".shaded"  # what Cycles calls "N": of vertices, whether faces are flat or not
+ALPHA = ".alpha "  # and the name of a colour attribute; 0 where there is none
+OPACITY = ".opacity "  # and the name of any; 1 where it has no alpha, or there is none
+ATTRIBUTE, FACTOR = ".attribute ", ".factor "  # likewise: its vector or colour, and its number
+
+#: Attributes that Cycles makes of a mesh, by its names; and names of others of its own, under which
+#: it finds nothing on a mesh, not even what the user has called so.
+MADE = {
+    "generated": GENERATED,
+    "pointiness": POINTINESS,
+    "random_per_island": ISLAND,
+    "tangent": TANGENT,
+    "N": SHADED,
+}
+NOT_MADE = frozenset(
+    {
+        "tangent_sign",
+        "undeformed",
+        "undisplaced",
+        "motion_P",
+        "motion_N",
+        "particle",
+        "shadow_transparency",
+        "curve_intercept",
+        "curve_length",
+        "curve_random",
+        "point_random",
+        "ptex_face_id",
+        "ptex_uv",
+        "density",
+        "color",
+        "flame",
+        "heat",
+        "temperature",
+        "velocity",
+        "velocity_x",
+        "velocity_y",
+        "velocity_z",
+    }
+)
+#: Other names of what renders by default.
+USUAL_UV, USUAL_COLOR = "uv", "vertex_color"
+#: A matrix, which Cycles ends on.
+MATRIX = "generated_transform"
+STANDARD = frozenset({*MADE, *NOT_MADE, USUAL_UV, USUAL_COLOR, MATRIX})
 
 #: Rows of a table; Cycles looks ramps and curves up in as many.
 TABLE_SIZE = 257
@@ -34,7 +78,6 @@ _TURNS_MIRROR = (
     "it turns the normal of a mirror, by which no derivative is computed: "
     f"set the roughness to {LEAST_TURNED_ROUGHNESS} or more"
 )
-_TURNS_TANGENT = "it turns a tangent, by which no derivative is computed"
 
 
 @dataclass(frozen=True)
@@ -182,11 +225,9 @@ class Shader:
 
     def fixed_directions(self) -> dict[str, str]:
         """Names of the constants by which no derivative is computed, with the reason: what a mirror
-        shows moves with its normal, and a tangent has no slopes."""
+        shows moves with its normal."""
         mirrors = [item.normal for item in self.closures if self._mirrors(item)]
-        found = dict.fromkeys(self.constants_behind(mirrors), _TURNS_MIRROR)
-        tangents = [item.tangent for item in self.closures]
-        return found | dict.fromkeys(self.constants_behind(tangents), _TURNS_TANGENT)
+        return dict.fromkeys(self.constants_behind(mirrors), _TURNS_MIRROR)
 
     def _mirrors(self, item: Closure) -> bool:
         """Whether a closure reflects or refracts like a mirror."""

@@ -170,8 +170,8 @@ def _density_scale(item: bpy.types.Object, matrix: np.ndarray) -> float:
 
 
 def _principled(material: bpy.types.Material, title: str) -> bpy.types.Node:
-    output = material.node_tree.get_output_node("CYCLES") if material.node_tree else None
-    source = nodes.source_of(output.inputs["Volume"]) if output is not None else None
+    output = nodes.output_of(material.node_tree)
+    source = output.source("Volume") if output is not None else None
     node = source.node if source is not None else None
     if node is None or node.bl_idname != _PRINCIPLED or source.groups:
         what = nodes.describe(node) if node is not None else "nothing"

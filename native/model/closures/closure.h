@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "math/vec.h"
+#include "model/closures/anisotropic_principled.h"
 #include "model/closures/conductor.h"
 #include "model/closures/diffuse.h"
 #include "model/closures/emission.h"
@@ -20,17 +21,16 @@
 #include "model/closures/subsurface.h"
 #include "model/closures/translucent.h"
 #include "model/closures/transparent.h"
-#include "model/principled.h"
 
 namespace selenite {
 
 /// What a surface is made of, with the values of its sockets.
 template <class T>
 using Closure =
-    std::variant<Principled<T>, closures::Diffuse<T>, closures::Glossy<T>, closures::Glass<T>,
-                 closures::Refraction<T>, closures::Translucent<T>, closures::Transparent<T>,
-                 closures::Emission<T>, closures::Subsurface<T>, closures::Sheen<T>,
-                 closures::Metallic<T>, closures::Conductor<T>>;
+    std::variant<closures::AnisotropicPrincipled<T>, closures::Diffuse<T>, closures::Glossy<T>,
+                 closures::Glass<T>, closures::Refraction<T>, closures::Translucent<T>,
+                 closures::Transparent<T>, closures::Emission<T>, closures::Subsurface<T>,
+                 closures::Sheen<T>, closures::Metallic<T>, closures::Conductor<T>>;
 
 /// Which of them, in their order.
 enum class ClosureKind {
@@ -101,6 +101,8 @@ struct PlacedClosure {
   T weight{1};                  ///< of its mixture, at least 0
   Vec3<scalar_t<T>> n;          ///< its shading normal, unit, world frame, on the viewer's side
   Vec3<scalar_t<T>> tangent{};  ///< of two widths, world frame, see SurfacePoint
+  /// The tangent with its derivatives, if it has any.
+  std::optional<Vec3<T>> rotating{};
   /// The normal with its derivatives, if it has any.
   std::optional<Vec3<T>> turning{};
 };

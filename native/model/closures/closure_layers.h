@@ -26,9 +26,9 @@ template <class T>
 struct ClosureLayers : Layers<T> {
   using S = scalar_t<T>;
 
-  ClosureLayers(const Principled<T>& m, const T& weight, const Flavour& flavour,
-                const SurfacePoint<S>& point, S cos_i)
-      : Layers<T>(m, flavour, point, cos_i, true) {
+  ClosureLayers(const closures::AnisotropicPrincipled<T>& m, const T& weight,
+                const Flavour& flavour, const SurfacePoint<S>& point, S cos_i)
+      : Layers<T>(m, flavour, point, cos_i, true, m.anisotropic) {
     for (Color<T>* c : {&this->emission, &this->transparency, &this->metal_weight,
                         &this->glass_through, &this->diffuse, &this->subsurface})
       *c = *c * weight;
@@ -74,32 +74,14 @@ struct ClosureLayers : Layers<T> {
           has_slope(this->diffuse) || has_slope(roughness));
   }
 
-  /// Two widths about that of the roughness, none above 1; `stretch`: y over x. Returns the roughness
-  /// of their mean.
-  T stretch_to(const T& roughness, const T& stretch) {
-    const T width = square(clamp01(roughness)), root = safe_sqrt(stretch);
-    const T x = width / root, y = width * root;
-    this->stretched = true;
-    this->stretch = stretch;
-    if (!(value_of(max(x, y)) > 1)) return roughness;
-    const T x1 = min(x, T(1)), y1 = min(y, T(1));
-    this->stretch = y1 / x1;
-    return safe_sqrt(safe_sqrt(x1 * y1));
-  }
   /// As the Glossy node counts its anisotropy.
   T stretch_glossy(const T& roughness, const T& anisotropy) {
     constexpr S kLeast = S(1e-4), kMost = S(0.99);
     const T a = clamp(anisotropy, -kMost, kMost);
     const bool along = value_of(a) >= 0;
     if (!((along ? value_of(a) : -value_of(a)) > kLeast) && !has_slope(a)) return roughness;
-    return stretch_to(roughness, along ? T(1) / square(T(1) - a) : square(T(1) + a));
+    return this->stretch_to(roughness, along ? T(1) / square(T(1) - a) : square(T(1) + a));
   }
-  T stretch_metal(const T& roughness, const T& anisotropy) {
-    const T a = clamp01(anisotropy);
-    if (!(value_of(a) > 0) && !has_slope(a)) return roughness;
-    return stretch_to(roughness, T(1) - a * S(0.9));
-  }
-
   /// Puts a reflection whose Fresnel term is `metal` times what `mean` is the mean of.
   void add_mirror(const T& roughness, const Color<T>& weight, const Color<T>& mean, S estimate,
                   bool slope) {
@@ -130,7 +112,7 @@ struct ClosureLayers : Layers<T> {
   void add(const closures::Metallic<T>& m, const T& weight, const SurfacePointHere&) {
     if (!this->matters(weight)) return;
     this->metal = MetalFresnel<T>(map(m.base_color, clamp01<T>), map(m.edge_tint, clamp01<T>));
-    add_mirror(stretch_metal(m.roughness, m.anisotropy), Color<T>(weight), this->metal.mean(),
+    add_mirror(this->stretch_by(m.roughness, m.anisotropy), Color<T>(weight), this->metal.mean(),
                value_of(weight) * value_of(mean_channel(this->metal.at(this->cos_i_))),
                has_slope(this->metal.f0) || has_slope(this->metal.bump));
   }
@@ -139,7 +121,7 @@ struct ClosureLayers : Layers<T> {
     if (!this->matters(weight)) return;
     const auto fresnel = conductor_fresnel(m);
     this->metal = white();
-    add_mirror(stretch_metal(m.roughness, m.anisotropy), Color<T>(weight), fresnel.mean(),
+    add_mirror(this->stretch_by(m.roughness, m.anisotropy), Color<T>(weight), fresnel.mean(),
                value_of(weight) * mean_channel(value_of(fresnel.at(this->cos_i_))),
                has_slope(m.ior) || has_slope(m.extinction));
   }

@@ -136,7 +136,8 @@ class SurfaceBsdf {
     const T& eta = std::get<PrincipledBsdf<T>>(part.bsdf).layers().entry_eta;
     if (const auto* m = std::get_if<closures::Subsurface<T>>(&part.from->closure))
       return {under_surface(*m), part.from->flavour, eta};
-    return {std::get<Principled<T>>(part.from->closure), part.from->flavour, eta};
+    return {std::get<closures::AnisotropicPrincipled<T>>(part.from->closure), part.from->flavour,
+            eta};
   }
 
  private:
@@ -180,14 +181,25 @@ class SurfaceBsdf {
     const auto layers_of = [&](S cos_i) {
       return ClosureLayers<T>(m, placed.weight, placed.flavour, point, cos_i);
     };
+    // Highlights of two widths turn with the tangent.
+    const auto rotate = [&placed]([[maybe_unused]] PrincipledBsdf<T>& lobes) {
+      if constexpr (kTurns) {
+        if (!placed.rotating || !lobes.layers_.stretched) return;
+        const S along = value_of(T(dot(lobes.frame_.s, *placed.rotating)));
+        if (along > S(0))
+          lobes.twist_ = with_value(T(dot(lobes.frame_.t, *placed.rotating)) / along, S(0));
+      }
+    };
     if constexpr (std::is_same_v<OneClosure, closures::Conductor<T>>) {
-      const PrincipledBsdf<T> lobes(layers_of, placed.flavour, point);
+      PrincipledBsdf<T> lobes(layers_of, placed.flavour, point);
+      rotate(lobes);
       Part& part = parts_[count_].emplace(std::in_place_type<ConductorBsdf<T>>, placed, lobes,
                                           ClosureLayers<T>::conductor_fresnel(m), at.wi);
       judge(part, lobes.layers(), at);
     } else {
       Part& part = parts_[count_].emplace(std::in_place_type<PrincipledBsdf<T>>, placed, layers_of,
                                           placed.flavour, point);
+      rotate(std::get<PrincipledBsdf<T>>(part.bsdf));
       part.bumped = is_bumped(placed);
       judge(part, std::get<PrincipledBsdf<T>>(part.bsdf).layers(), at);
     }
@@ -229,7 +241,8 @@ class SurfaceBsdf {
   }
   void keep(Part& part, S estimate, bool slope, const SurfacePoint<S>& at) {
     part.estimate = estimate;
-    part.slope = slope || (part.from->turning && estimate > 0);
+    const bool moved = part.from->turning || part.from->rotating;
+    part.slope = slope || (moved && estimate > 0);
     const bool full = count_ == kMostClosures;  // Cycles leaves out what is too much, too
     if (full || (!(estimate > 0) && !part.slope)) return parts_[count_].reset();
     ++count_;

@@ -217,7 +217,7 @@ class MediaStack {
     return flight;
   }
   /// Beyond the scene nothing is: a ray that leaves an open object there has left the grid too.
-  float inside(float length) const { return std::min(length, 4 * p_->geometry.radius()); }
+  float inside(float length) const { return std::min(length, 4 * p_->geometry.radius().all); }
   void push(const Entry& entry) {
     const auto end = entries_.begin() + count_;
     if (count_ < kMost && std::find(entries_.begin(), end, entry) == end)

@@ -43,7 +43,7 @@ LightSampler::LightSampler(const Scene& scene, const LightSet& set)
     : world_(scene.appearance.world), emitters_(scene.appearance.materials.size()) {
   const Flux emitted = add_triangles(scene, set);
   const auto& lamps = scene.appearance.lights;
-  const float radius = scene.geometry->radius();
+  const float radius = scene.geometry->radius().near;
   std::vector<double> flux;
   for (std::size_t i = 0; i < lamps.size(); ++i)
     flux.push_back(sampled_flux(lamps[i].flux(radius), set.lamps[i]));

@@ -123,6 +123,7 @@ std::span<const PlacedClosure<T>> PreparedShader<T>::closures(const ShadingPoint
     to.n = smooth;
     to.tangent = {};
     to.turning.reset();
+    to.rotating.reset();
     if (from.normal >= 0) {
       const Colorf n = value_of(registers[from.normal]);
       const float size = std::sqrt(n.r * n.r + n.g * n.g + n.b * n.b);
@@ -136,6 +137,9 @@ std::span<const PlacedClosure<T>> PreparedShader<T>::closures(const ShadingPoint
     if (from.tangent >= 0) {
       const Colorf t = value_of(registers[from.tangent]);
       to.tangent = {t.r, t.g, t.b};
+      if constexpr (!std::is_same_v<T, float>)
+        if (const Color<T>& c = registers[from.tangent]; has_slope(c))
+          to.rotating = Vec3<T>{c.r, c.g, c.b};
     }
     closure_fields(to.closure, Read<T>{registers, from.inputs});
   }

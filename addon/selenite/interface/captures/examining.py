@@ -18,6 +18,7 @@ from ...information.job import BackgroundJob, Step
 from ...problems import BadInput, Problem
 from ...scene_read.camera import named_cameras
 from ...scene_read.capture_request import CaptureRequest, with_ids
+from ...scene_read.hosts import BpyStruct
 from ...scene_read.photos import captures_of, ids_of, packed_photos
 from ...scene_read.values import SceneValues
 from ..state import PAIRING, PROBLEMS, RUN
@@ -187,7 +188,7 @@ class SELENITE_OT_light_world(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         """One undo step; a world with links keeps them, and stays as it is."""
         scene = context.scene
-        world: Any = scene.world or bpy.data.worlds.new("World")
+        world: BpyStruct = scene.world or bpy.data.worlds.new("World")
         world.use_nodes = True
         nodes = world.node_tree.nodes
         found = next((node for node in nodes if node.bl_idname == "ShaderNodeBackground"), None)

@@ -121,11 +121,16 @@ def _report(body: BodyValues, whole: Closedness, read: SceneValues) -> str:
     elif (body.need == "glass" and not found.encloses) or (
         body.need == "subsurface" and found.leaks
     ):
+        light, faults, cure = _LIGHT[body.need], _faults(found), _cure(found, whole)
         text = (
-            f"{title}: {_LIGHT[body.need]} of material '{body.material}' does not come out as from "
-            f"a closed body: {_faults(found)}; Cycles renders the same, but if a body is meant: "
-            f"{_cure(found, whole)}"
+            f"{title}: {light} of material '{body.material}' does not come out as from a closed "
+            f"body: {faults}; Cycles renders the same, but if a body is meant: {cure}"
         )
+        if found.doubled_faces:
+            text = (
+                f"{title}: {light} of material '{body.material}' does not come out as from a "
+                f"closed body: {faults}; Cycles shows faces on top of others otherwise: {cure}"
+            )
     else:
         return ""
     read.warn(text)

@@ -3,13 +3,29 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
 import bpy
 import numpy as np
 
 from .. import hosts
-from ..shaders import ALPHA, GENERATED, ISLAND, NORMAL, POINTINESS, SIGN, TANGENT
+from ..shaders import (
+    ALPHA,
+    ATTRIBUTE,
+    FACTOR,
+    GENERATED,
+    ISLAND,
+    NORMAL,
+    OPACITY,
+    POINTINESS,
+    SHADED,
+    SIGN,
+    TANGENT,
+)
 from ..values import MeshValues
 from . import pointiness, tangents
+from .mesh import is_placed
 
 MeshVectors = tuple[tuple[str, np.ndarray], ...]
 
@@ -27,10 +43,15 @@ def made(mesh: bpy.types.Mesh, values: MeshValues, names: set[str]) -> MeshVecto
             found.append((name, _at_corners(_islands(mesh), values)))
         elif name == POINTINESS:
             found.append((name, _at_corners(_repeated(pointiness.of(mesh)), values)))
-        elif name.startswith(ALPHA):
-            alpha = _alpha(mesh, name.removeprefix(ALPHA))
-            if alpha is not None:
-                found.append((name, _repeated(alpha)))
+        elif name.startswith((ALPHA, OPACITY)):
+            otherwise = 0.0 if name.startswith(ALPHA) else 1.0
+            found.append((name, _repeated(_alpha(mesh, name.split(" ", 1)[1], otherwise))))
+        elif name.startswith((ATTRIBUTE, FACTOR)):
+            kind = attribute if name.startswith(ATTRIBUTE) else _factor
+            vector = kind(mesh, values, name.split(" ", 1)[1])
+            found.append((name, np.zeros_like(values.corner_normals) if vector is None else vector))
+        elif name == SHADED:
+            found.append((name, _shaded(mesh, values)))
         elif name == NORMAL:
             found.append((name, values.corner_normals))
         elif name.startswith((TANGENT, SIGN)):
@@ -51,21 +72,114 @@ def _repeated(numbers: np.ndarray) -> np.ndarray:
     return np.repeat(np.asarray(numbers, np.float32)[:, None], 3, axis=1)
 
 
-def _alpha(mesh: bpy.types.Mesh, name: str) -> np.ndarray | None:
-    """(3m,): of a colour attribute, "" for the one that renders; 1 of an attribute without alpha.
-    None: there is no attribute of the name."""
+@dataclass(frozen=True)
+class _Corners:
+    """Of the triangles' corners that a reader of the mesh keeps (3k,): loops, vertices, faces."""
+
+    loops: np.ndarray
+    vertices: np.ndarray
+    faces: np.ndarray
+
+
+def _corners(mesh: bpy.types.Mesh) -> _Corners:
     mesh.calc_loop_triangles()
-    corners = hosts.whole_numbers(mesh.loop_triangles, "loops", 3).astype(np.intp)
-    vertices = np.take(hosts.corner_vertices(mesh), corners)
-    # Without the triangles that a reader of the mesh leaves out.
-    finite = np.isfinite(hosts.floats(mesh.vertices, "co", 3)).all(axis=1)
-    kept = np.repeat(finite[vertices.reshape(-1, 3)].all(axis=1), 3)
-    found = hosts.color_attribute(mesh, name)
-    if found is None:
-        return np.ones(int(kept.sum()), np.float32) if name in mesh.attributes else None
-    alpha = hosts.floats(found.data, "color", 4)[:, 3]
-    where = corners if found.domain == "CORNER" else vertices
-    return np.take(alpha, where.reshape(-1))[kept]
+    loops = hosts.whole_numbers(mesh.loop_triangles, "loops", 3).astype(np.intp)
+    vertices = np.take(hosts.corner_vertices(mesh), loops)
+    placed = is_placed(hosts.floats(mesh.vertices, "co", 3))
+    kept = np.repeat(placed[vertices.reshape(-1, 3)].all(axis=1), 3)
+    faces = np.repeat(hosts.triangle_faces(mesh), 3)
+    return _Corners(loops.reshape(-1)[kept], vertices.reshape(-1)[kept], faces[kept])
+
+
+def _alpha(mesh: bpy.types.Mesh, name: str, otherwise: float) -> np.ndarray:
+    """(3m,): of a colour attribute, "" for the one that renders; 1 of an attribute without alpha.
+    otherwise: where there is no attribute of the name."""
+    at = _corners(mesh)
+    found: Any = hosts.color_attribute(mesh, name) or mesh.attributes.get(name)
+    if found is None or found.data_type not in _WITH_ALPHA:
+        return np.full(len(at.loops), 1.0 if name in mesh.attributes else otherwise, np.float32)
+    alpha = hosts.floats(found.data, _READ[found.data_type][0], 4)[:, 3]
+    places = {"CORNER": at.loops, "FACE": at.faces}.get(found.domain, at.vertices)
+    return np.take(alpha, places)
+
+
+def attribute(mesh: bpy.types.Mesh, values: MeshValues, name: str) -> np.ndarray | None:
+    """(3m, 3) what Cycles makes of any attribute as a vector or colour; None if there is none of
+    the name, or one of a kind that is not read.
+
+    `mesh`: the evaluated mesh that `values` were read from.
+    """
+    for kind in (values.colors, values.uv_maps):
+        if name in dict(kind):
+            numbers = dict(kind)[name]
+            return np.pad(numbers, ((0, 0), (0, 3 - numbers.shape[1])))
+    found: Any = mesh.attributes.get(name)
+    if found is None or found.data_type not in _READ:
+        return None
+    key, width = _READ[found.data_type]
+    if width:
+        numbers = hosts.floats(found.data, key, width)[:, :3]
+    else:
+        numbers = np.empty((len(found.data), 1), np.float32)
+        plain = np.empty(len(found.data), bool if found.data_type == "BOOLEAN" else np.int32)
+        if found.data_type == "FLOAT":
+            plain = plain.view(np.float32)
+        found.data.foreach_get(key, plain)
+        numbers[:, 0] = plain
+    at, domain = _corners(mesh), found.domain
+    if domain == "EDGE":
+        numbers = _at_vertices(mesh, numbers, found.data_type)
+    places = {"CORNER": at.loops, "FACE": at.faces}.get(domain, at.vertices)
+    if width != 2:
+        numbers = np.broadcast_to(numbers, (len(numbers), 3))
+    taken = np.take(numbers, places, axis=0)
+    return np.ascontiguousarray(np.pad(taken, ((0, 0), (0, 3 - taken.shape[1]))), np.float32)
+
+
+#: Data types of attributes that are read: the member with the values, and how many there are, 0 for
+#: a plain number.
+_READ = {
+    "FLOAT": ("value", 0),
+    "INT": ("value", 0),
+    "INT8": ("value", 0),
+    "BOOLEAN": ("value", 0),
+    "FLOAT2": ("vector", 2),
+    "FLOAT_VECTOR": ("vector", 3),
+    "FLOAT_COLOR": ("color", 4),
+    "BYTE_COLOR": ("color", 4),
+    "QUATERNION": ("value", 4),
+}
+_WITH_ALPHA = {"FLOAT_COLOR", "BYTE_COLOR", "QUATERNION"}
+
+
+def _at_vertices(mesh: bpy.types.Mesh, of_edges: np.ndarray, kind: str) -> np.ndarray:
+    """Numbers of edges at vertices, as Blender takes them there: the mean, or whether any is."""
+    ends = hosts.whole_numbers(mesh.edges, "vertices", 2)
+    sums = np.zeros((len(mesh.vertices), of_edges.shape[1]))
+    np.add.at(sums, ends, np.repeat(of_edges, 2, axis=0))
+    counts = np.bincount(ends, minlength=len(sums))[:, None]
+    if kind == "BOOLEAN":
+        return (sums > 0).astype(np.float32)
+    mean = sums / np.maximum(counts, 1)
+    whole = np.floor(mean + 0.5) if kind.startswith("INT") else mean
+    return whole.astype(np.float32)
+
+
+def _factor(mesh: bpy.types.Mesh, values: MeshValues, name: str) -> np.ndarray | None:
+    """(3m, 3): the number that Cycles makes of an attribute, the first of two or the mean."""
+    vector = attribute(mesh, values, name)
+    if vector is None:
+        return None
+    found: Any = mesh.attributes.get(name)
+    pairs = name in dict(values.uv_maps) or (found is not None and found.data_type == "FLOAT2")
+    return _repeated(vector[:, 0] if pairs else vector.mean(axis=1))
+
+
+def _shaded(mesh: bpy.types.Mesh, values: MeshValues) -> np.ndarray:
+    """(3m, 3): the normals of vertices, unless faces are split."""
+    if hosts.normals_domain(mesh) == "CORNER":
+        return values.corner_normals
+    return _at_corners(hosts.floats(mesh.vertex_normals, "vector", 3), values)
 
 
 def _generated(mesh: bpy.types.Mesh) -> np.ndarray:
@@ -75,6 +189,25 @@ def _generated(mesh: bpy.types.Mesh) -> np.ndarray:
     size = np.array(mesh.texspace_size, np.float32)
     half = np.divide(0.5, size, out=np.zeros(3, np.float32), where=size != 0)
     return positions * half - (middle * half - np.float32(0.5))
+
+
+def islands_of_split(evaluated: bpy.types.Object, values: MeshValues) -> MeshVectors:
+    """The numbers of islands where Cycles counts these after it has split faces at sharp edges;
+    empty where it does not."""
+    if evaluated.type != "MESH" or not hosts.splits_faces():
+        return ()
+    data: Any = evaluated.data
+    if hosts.normals_domain(data) != "CORNER":
+        return ()
+    try:
+        mesh: Any = evaluated.to_mesh()
+        mesh.split_faces()
+        numbers = _islands(mesh)
+        taken = np.take(numbers, _corners(mesh).vertices, axis=0)
+    finally:
+        evaluated.to_mesh_clear()
+    found: MeshVectors = ((ISLAND, np.ascontiguousarray(taken, np.float32)),)
+    return found if len(taken) == 3 * len(values.triangles) else ()
 
 
 def _islands(mesh: bpy.types.Mesh) -> np.ndarray:

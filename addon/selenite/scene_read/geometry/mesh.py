@@ -14,7 +14,10 @@ import numpy as np
 from ...problems import Problem
 from .. import hosts
 from ..values import MeshValues, SceneValues
-from . import not_rendered
+from . import corner_normals, not_rendered
+
+#: Embree, by which Cycles traces rays, leaves out what is farther.
+_FARTHEST = 1.8e18
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,7 @@ def rendered_instances(depsgraph: bpy.types.Depsgraph, read: SceneValues) -> Ite
         original = evaluated.original
         if item.show_particles:
             not_rendered.judge_hair(evaluated, read)
+            not_rendered.judge_simulation(evaluated, depsgraph.scene.frame_current, read)
         if not item.show_self or not not_rendered.is_read(evaluated, original, read):
             continue
         instancer = item.parent.original if item.is_instance else original
@@ -96,7 +100,11 @@ def _triangles(
     corners = hosts.whole_numbers(mesh.loop_triangles, "loops", 3).astype(np.intp)
     check()
     vertices = np.take(corner_vertices, corners)
-    normals = hosts.corner_normals(mesh, corners, vertices).reshape(-1, 3, 3)
+    normals = corner_normals.of(mesh, positions, corners, vertices).reshape(-1, 3, 3)
+    if hosts.has_free_normals(mesh) and _differ_in_length(normals):
+        cause = "its custom normals differ in length, by which Cycles weights them"
+        cure = "normalize them before the node Set Mesh Normal"
+        read.problems.append(Problem(f"Object '{evaluated.name}'", cause, cure))
     check()
     uv_maps = hosts.corner_uv_maps(mesh, corners)
     colors = hosts.corner_colors(mesh, corners, vertices)
@@ -105,12 +113,12 @@ def _triangles(
     known = {name for name, _ in (*uv_maps, *colors)}
     others = tuple(item.name for item in mesh.attributes if item.name not in known)
 
-    finite = np.isfinite(positions).all(axis=1)
+    finite = is_placed(positions)
     if not finite.all():
         good = finite[triangles].all(axis=1)
         read.warn(
             f"Object '{evaluated.name}': {int((~good).sum())} triangles with vertices that are not "
-            "finite are left out"
+            "finite are left out, as in Cycles"
         )
         positions = np.where(finite[:, None], positions, np.float32(0))
         triangles, slots, normals = triangles[good], slots[good], normals[good]
@@ -129,6 +137,20 @@ def _triangles(
         colors=colors,
         other_attributes=others,
     )
+
+
+def is_placed(positions: np.ndarray) -> np.ndarray:
+    """(n,) bool of vertices (n, 3): those of which Cycles' ray tracing takes the faces. Blender
+    makes the largest number of what is infinite."""
+    with np.errstate(invalid="ignore"):
+        placed: np.ndarray = (np.abs(positions) < _FARTHEST).all(axis=1)
+    return placed
+
+
+def _differ_in_length(normals: np.ndarray) -> bool:
+    """Whether those of a triangle (m, 3, 3) do, by more than rounding; not where one is missing."""
+    lengths = np.linalg.norm(normals, axis=2)
+    return bool((lengths.max(axis=1) > 1.001 * lengths.min(axis=1)).any())
 
 
 def _slots(mesh: bpy.types.Mesh, evaluated: bpy.types.Object) -> np.ndarray:

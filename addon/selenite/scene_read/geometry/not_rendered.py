@@ -53,6 +53,25 @@ def judge_hair(evaluated: bpy.types.Object, read: SceneValues) -> None:
             _refuse(title, cause, "set Render As to None or to an object", read)
 
 
+def judge_simulation(evaluated: bpy.types.Object, frame: int, read: SceneValues) -> None:
+    """Refuses particles whose places depend on how their frame was reached: they were not baked.
+    Those without physics stay where they are born."""
+    for modifier in evaluated.modifiers:
+        if modifier.type != "PARTICLE_SYSTEM" or not modifier.show_render:
+            continue
+        system = modifier.particle_system
+        settings, cache = system.settings, system.point_cache
+        shown = settings.type == "EMITTER" and settings.render_type in {"OBJECT", "COLLECTION"}
+        moves = settings.physics_type != "NO" and frame > cache.frame_start
+        if shown and moves and not cache.is_baked:
+            title = f"Object '{evaluated.original.name}'"
+            cause = (
+                f"particle system '{system.name}' is simulated and not baked: Cycles may show "
+                "other places of its particles"
+            )
+            _refuse(title, cause, "use Bake in its Cache, or make its instances real", read)
+
+
 def judge_camera_nodes(original: bpy.types.Object, read: SceneValues) -> None:
     """Warns of geometry that Cycles makes anew for each camera: it is read for one."""
     if len(read.cameras) < 2:

@@ -9,21 +9,44 @@ import bpy
 
 from ...problems import Problem
 from ..baking.wanted import UV_NAME
+from ..shaders import ISLAND
 from ..values import MeshValues, ObjectFacts, SceneValues
 from . import corner_vectors, mesh
 
 
 def add_vectors(evaluated: bpy.types.Object, index: int, material: str, read: SceneValues) -> None:
-    """What the shader of a material asks for at the corners of a mesh, if it is not there yet."""
-    shader = next(item for item in read.materials if item.name == material).shader
-    if shader is None:
-        return
+    """What a material asks for at the corners of a mesh, if it is not there yet: what its shader
+    does, and attributes that are neither colours nor UV maps."""
+    found = next(item for item in read.materials if item.name == material)
     values = read.meshes[index]
-    names = shader.attributes("vector") - {name for name, _ in values.vectors}
-    if names:
-        with mesh.mesh_of(evaluated) as of_blender:
-            found = corner_vectors.made(of_blender, values, names)
-        read.meshes[index] = replace(values, vectors=values.vectors + found)
+    shader = found.shader
+    asked = shader.attributes("vector") if shader is not None else set()
+    names = asked - {name for name, _ in values.vectors}
+    lookups = [item for item in found.maps.values() if item.attribute]
+    colors = {item.attribute for item in lookups if item.texture is None}
+    uv_maps = {item.attribute for item in lookups if item.texture is not None}
+    colors -= {name for name, _ in values.colors}
+    uv_maps -= {name for name, _ in values.uv_maps}
+    if not names | colors | uv_maps:
+        return
+    islands: corner_vectors.MeshVectors = ()
+    if ISLAND in names and (split := corner_vectors.islands_of_split(evaluated, values)):
+        islands = split
+        names.discard(ISLAND)
+    with mesh.mesh_of(evaluated) as of_blender:
+        vectors = islands + corner_vectors.made(of_blender, values, names)
+        made = {
+            name: corner_vectors.attribute(of_blender, values, name)
+            for name in sorted(colors | uv_maps)
+        }
+    known = {name: item for name, item in made.items() if item is not None}
+    read.meshes[index] = replace(
+        values,
+        vectors=values.vectors + vectors,
+        colors=values.colors + tuple((name, known[name]) for name in known if name in colors),
+        uv_maps=values.uv_maps
+        + tuple((name, known[name][:, :2]) for name in known if name in uv_maps),
+    )
 
 
 def facts(instance: mesh.Instance) -> ObjectFacts:

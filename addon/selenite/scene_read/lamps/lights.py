@@ -18,6 +18,9 @@ from . import places as lamp_places
 
 _EMISSION = ("Color", "Strength")
 
+#: Where numbers of 32 bits end when they are squared.
+_FARTHEST = 1e18
+
 
 def read_light(
     light: bpy.types.Light, matrix: np.ndarray, name: str
@@ -43,6 +46,8 @@ def read_light(
         values, problems = _through_nodes(light, values, title)
     if trouble := lamp_places.trouble_of(light.type, values.light_units, matrix):
         problems.append(Problem(title, *trouble))
+    if light.type != "SUN" and np.abs(matrix[:3, 3]).max() > _FARTHEST:
+        problems.append(Problem(title, "it stands infinitely far away", "move it, or use a sun"))
     owner = Owner(name, "light", light.name, library, {}, {})
     for parameter in parameters.of("light"):
         value = {"power": (values.power,), "color": values.color}[parameter.name]
@@ -103,8 +108,8 @@ def _through_nodes(
     """An Emission node whose inputs are constants, or are computed from them, multiplies the lamp;
     anything else is a problem."""
     cure = "switch off Use Nodes of the lamp or use one Emission node with constant inputs"
-    output = light.node_tree.get_output_node("CYCLES")
-    source = nodes.source_of(output.inputs["Surface"]) if output is not None else None
+    output = nodes.output_of(light.node_tree)
+    source = output.source("Surface") if output is not None else None
     if source is None or source.node is None:
         return values, [Problem(title, "its nodes have no output", cure)]
     if source.node.bl_idname != "ShaderNodeEmission":

@@ -154,10 +154,11 @@ def _of_nodes(kind: str, owner: BpyStruct) -> Iterator[Place]:
     """The nodes that Cycles evaluates, and the images that they use."""
     if not owner.use_nodes or owner.node_tree is None:
         return
-    output = owner.node_tree.get_output_node("CYCLES")
+    output = nodes.output_of(owner.node_tree)
     if output is None:
         return
-    pending: list[tuple[bpy.types.Node, nodes.Groups]] = [(output, ())]
+    ends = {node for node, _ in output.ends}
+    pending: list[tuple[bpy.types.Node, nodes.Groups]] = [*output.ends]
     seen = set()
     while pending:
         node, groups = pending.pop()
@@ -168,7 +169,7 @@ def _of_nodes(kind: str, owner: BpyStruct) -> Iterator[Place]:
         yield NodePlace(kind, owner.name, node, nodes.describe(node), groups)
         yield from _of_image(kind, owner.name, node)
         for socket in node.inputs:
-            if node == output and socket.name not in {"Surface", "Volume"}:
+            if node in ends and socket.name not in {"Surface", "Volume"}:
                 continue  # a Displacement is refused as a whole
             source = nodes.source_of(socket, groups)
             if source.node is not None and not source.node.mute:

@@ -10,6 +10,7 @@ import numpy as np
 from mathutils import Euler
 
 from ...parameters import Values
+from ..shaders import STANDARD
 from . import nodes
 from .nodes import Groups, Source, Unreadable
 
@@ -86,6 +87,7 @@ def _uv(node: bpy.types.Node, output: str, title: str) -> Coordinates | None:
         and output == "Vector"
         and node.attribute_type == "GEOMETRY"
         and node.attribute_name
+        and node.attribute_name not in STANDARD
     ):
         return _plain("uv", node.attribute_name)
     return None

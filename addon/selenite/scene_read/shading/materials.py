@@ -45,10 +45,10 @@ def grey_material(name: str, color: Values = (0.8, 0.8, 0.8)) -> MaterialValues:
 
 def principled_of(material: bpy.types.Material) -> tuple[bpy.types.Node, Groups] | str:
     """The Principled BSDF that Cycles renders and the groups around it, or why there is none."""
-    output = material.node_tree.get_output_node("CYCLES")
+    output = nodes.output_of(material.node_tree)
     if output is None:
         return "has no Material Output node for Cycles"
-    source = nodes.source_of(output.inputs["Surface"])
+    source = output.source("Surface")
     if source.node is None:
         return "has nothing linked to the Surface of its Material Output"
     if source.node.bl_idname != PRINCIPLED:
@@ -58,13 +58,13 @@ def principled_of(material: bpy.types.Material) -> tuple[bpy.types.Node, Groups]
 
 def _has_volume(material: bpy.types.Material) -> bool:
     """Whether Cycles takes it for a volume; then its transparent shadows cannot be switched off."""
-    output = material.node_tree.get_output_node("CYCLES")
-    return output is not None and nodes.source_of(output.inputs["Volume"]).node is not None
+    output = nodes.output_of(material.node_tree)
+    return output is not None and output.source("Volume").node is not None
 
 
 def _is_volume_alone(material: bpy.types.Material) -> bool:
-    output = material.node_tree.get_output_node("CYCLES")
-    return _has_volume(material) and nodes.source_of(output.inputs["Surface"]).node is None
+    output = nodes.output_of(material.node_tree)
+    return _has_volume(material) and output.source("Surface").node is None
 
 
 def find_source(material: bpy.types.Material, parameter: Parameter) -> tuple[Source | None, str]:
@@ -137,25 +137,26 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
 
 def needs_graph(material: bpy.types.Material, node: bpy.types.Node, groups: Groups) -> bool:
     """Whether a Principled BSDF alone does not say what the surface is like."""
+    if not hosts.is_version_3():  # of 3.x the anisotropy is not modelled
+        stretch = nodes.constant(nodes.source_of(node.inputs["Anisotropic"], groups))
+        if stretch is None or stretch[0] > 0:
+            return True
     normals = [node.inputs[name] for name in _NORMALS if name in node.inputs]
-    output = material.node_tree.get_output_node("CYCLES")
+    output = nodes.output_of(material.node_tree)
     linked = [*(nodes.source_of(item, groups) for item in normals)]
-    return any(
-        source.node is not None
-        for source in (*linked, nodes.source_of(output.inputs["Displacement"]))
-    )
+    return any(source.node is not None for source in (*linked, output.source("Displacement")))
 
 
 def graph_of(material: bpy.types.Material, room: TextureRoom, name: str = "") -> Tree:
     """The program of a material with nodes, or its problems; an empty one without an output. name:
     as in `read_material`."""
-    output = material.node_tree.get_output_node("CYCLES")
+    output = nodes.output_of(material.node_tree)
     tree = Tree(f"Material '{material.name}'", room, material_index=material.pass_index)
     tree.baked_uv = UV_NAME + name
     if output is None:
         return tree
-    read_displacement(tree, nodes.source_of(output.inputs["Displacement"]), material)
-    compile_surface(tree, nodes.source_of(output.inputs["Surface"]))
+    read_displacement(tree, output.source("Displacement"), material)
+    compile_surface(tree, output.source("Surface"))
     bent = any(item.normal is not None for item in tree.shader.closures)
     if bent and not hosts.bump_map_correction(material):
         cause = "its Bump Map Correction is off, which leaves bent normals as they are"
@@ -175,7 +176,7 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
         flavour=hosts.flavour(),
         transparent_shadows=_has_volume(material) or hosts.transparent_shadows(material),
     )
-    if material.node_tree.get_output_node("CYCLES") is None:
+    if nodes.output_of(material.node_tree) is None:
         problem = Problem(title, "has no Material Output node for Cycles", "add one")
         owner = Owner(name, "material", material.name, library, {}, {})
         return MaterialRead(grey_material(name), owner, [problem], [], room)
@@ -318,7 +319,9 @@ def _read_volume(material: bpy.types.Material, title: str, read: MaterialRead) -
     _, reason = volumes.find_node(material)
     if reason:
         read.owner.fixed.update(dict.fromkeys(volumes.PARAMETERS, reason))
-    source = nodes.source_of(material.node_tree.get_output_node("CYCLES").inputs["Volume"])
+    output = nodes.output_of(material.node_tree)
+    assert output is not None  # noqa: S101 - the caller has seen it
+    source = output.source("Volume")
     if source.node is None and source.socket.type == "SHADER":
         return
     try:
@@ -330,8 +333,8 @@ def _read_volume(material: bpy.types.Material, title: str, read: MaterialRead) -
 
 
 def _other_outputs(material: bpy.types.Material, title: str) -> list[Problem]:
-    output = material.node_tree.get_output_node("CYCLES")
-    source = nodes.source_of(output.inputs["Displacement"])
+    output = nodes.output_of(material.node_tree)
+    source = output.source("Displacement")
     if source.node is None:
         return []
     cause = (

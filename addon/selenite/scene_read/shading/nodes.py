@@ -8,7 +8,7 @@ nodes only pass a value on, but each of their sockets converts it to its own typ
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -84,6 +84,49 @@ class Source:
                 return f"socket '{item.name}' ({_NAMES.get(item.type, item.type)})"
             before = item
         return ""
+
+
+@dataclass(frozen=True)
+class Output:
+    """What Cycles takes for the output of a tree. `ends`: the output node of the tree and those in
+    its groups, with the groups around each; the inner ones come first, linked or not. A muted one
+    gives nothing. `node`: that of the tree, or the first."""
+
+    tree: bpy.types.NodeTree
+    node: bpy.types.Node
+    ends: tuple[tuple[bpy.types.Node, Groups], ...]
+
+    def source(self, name: str) -> Source:
+        """What arrives at "Surface", "Volume" or "Displacement": at the first that a node feeds."""
+        for node, groups in self.ends:
+            inlet: bpy.types.NodeSocket | None = node.inputs.get(
+                name
+            )  # a world has no Displacement
+            source = source_of(inlet, groups) if inlet is not None else None
+            if source is not None and source.node is not None:
+                return source
+        return Source(None, self.node.inputs.get(name) or self.node.inputs[0], (), unset=True)
+
+
+def output_of(tree: bpy.types.NodeTree | None) -> Output | None:
+    """The output of a material's, a world's or a lamp's tree; None if it has none."""
+    if tree is None:
+        return None
+    ends = tuple(_ends(tree, ()))
+    own = tree.get_output_node("CYCLES")  # type: ignore[attr-defined]
+    if own is None and not ends:
+        return None
+    return Output(tree, ends[0][0] if own is None else own, ends)
+
+
+def _ends(tree: bpy.types.NodeTree, groups: Groups) -> Iterator[tuple[bpy.types.Node, Groups]]:
+    for node in tree.nodes:
+        inner = getattr(node, "node_tree", None)
+        if node.bl_idname == "ShaderNodeGroup" and inner is not None and not node.mute:
+            yield from _ends(inner, (*groups, node))
+    own = tree.get_output_node("CYCLES")  # type: ignore[attr-defined]
+    if own is not None and not own.mute:
+        yield own, groups
 
 
 def source_of(socket: bpy.types.NodeSocket, groups: Groups = ()) -> Source:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...parameters import Parameter
 from ..baking.wanted import Baker
+from ..shaders import STANDARD
 from ..texture_values import TextureValues
 from ..values import MapValues, greyed
 from . import images, nodes
@@ -79,11 +80,15 @@ class TextureRoom:
         if isinstance(node, bpy.types.ShaderNodeTexImage):
             return self._image(node, source, title)
         if isinstance(node, bpy.types.ShaderNodeVertexColor) and output == "Color":
+            if node.layer_name in STANDARD:
+                return None  # computed: Cycles does not find it
             return MapValues(None, node.layer_name)
         if isinstance(node, bpy.types.ShaderNodeAttribute) and output in {"Color", "Vector"}:
             if node.attribute_type != "GEOMETRY" or not node.attribute_name:
                 cause = f"{nodes.describe(node)} names no attribute of the geometry"
                 raise Unreadable(title, cause, "set its type to Geometry and name an attribute")
+            if node.attribute_name in STANDARD:
+                return None
             return MapValues(None, node.attribute_name)
         return None
 

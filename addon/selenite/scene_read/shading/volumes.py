@@ -160,10 +160,10 @@ _READERS: dict[str, Callable[[bpy.types.Node, Groups, str], Coefficients]] = {
 
 def find_node(material: bpy.types.Material) -> tuple[Source | None, str]:
     """The volume node that can hold any medium, and why there is none ("" if there is)."""
-    output = material.node_tree.get_output_node("CYCLES") if material.node_tree else None
+    output = nodes.output_of(material.node_tree)
     if output is None:
         return None, "the material has no Material Output node for Cycles"
-    source = nodes.source_of(output.inputs["Volume"])
+    source = output.source("Volume")
     if source.node is None:
         return None, "there is no medium: link a Principled Volume to the Volume of the output"
     if source.node.bl_idname not in _SOCKETS:

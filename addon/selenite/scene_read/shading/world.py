@@ -17,7 +17,7 @@ from ...problems import Problem
 from ..values import BackdropValues, Owner, WorldValues
 from . import images, nodes, panorama
 from .coordinates import read_coordinates
-from .nodes import Groups, Source, Unreadable
+from .nodes import Groups, Output, Source, Unreadable
 from .panorama import LIGHT, Panorama, Rays
 
 WORLD = "World"  # the owner's name, whatever the datablock is called
@@ -26,6 +26,7 @@ ENVIRONMENT = "environment"
 ROTATION = "rotation"
 _FORWARD = ("POINT", "VECTOR")
 _CURE = "use a Background node with a colour or an equirectangular Environment Texture"
+_NOTHING = "nothing is linked to the Surface of the world's output: link a Background"
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +42,8 @@ def evaluate(scene: bpy.types.Scene, world: bpy.types.World | None) -> Evaluated
     if world is None or not world.use_nodes or world.node_tree is None:
         return Evaluated()
     title = f"World '{world.name}'"
+    if _is_empty(world):
+        return Evaluated()
     try:
         views = _views(world, title)
         wanted = [(view.rays, view.background) for view in views if view.is_evaluated]
@@ -61,6 +64,10 @@ def read_world(
     library = world.library.filepath if world.library is not None else ""
     owner = Owner(WORLD, "world", world.name, library, {}, {})
     warnings: list[str] = []
+    if _is_empty(world):
+        owner.fixed.update({row.name: _NOTHING for row in parameters.of("world")})
+        owner.fixed[ENVIRONMENT] = _NOTHING
+        return WorldValues(), owner, [], []
     try:
         if evaluated.problem is not None:
             raise Unreadable(*_parts(evaluated.problem))
@@ -170,6 +177,8 @@ def _found_background(world: bpy.types.World) -> tuple[Source | None, str]:
     """The shader whose Color and Strength light the scene; None where there is none, and why."""
     if not world.use_nodes or world.node_tree is None:
         return None, "the world does not use nodes: switch on Use Nodes"
+    if _is_empty(world):
+        return None, _NOTHING
     try:
         source = panorama.surface_of(_output(world, f"World '{world.name}'"), LIGHT)
     except Unreadable as error:
@@ -180,15 +189,20 @@ def _found_background(world: bpy.types.World) -> tuple[Source | None, str]:
     return source, ""
 
 
-def _output(world: bpy.types.World, title: str) -> bpy.types.Node:
-    output = world.node_tree.get_output_node("CYCLES")
-    if output is None:
-        raise Unreadable(title, "it has no World Output node", _CURE)
-    if nodes.source_of(output.inputs["Volume"]).node is not None:
+def _output(world: bpy.types.World, title: str) -> Output:
+    output = nodes.output_of(world.node_tree)
+    assert output is not None  # noqa: S101 - the world is not empty
+    if output.source("Volume").node is not None:
         raise Unreadable(title, "it is filled with a volume", "unlink the Volume of its output")
-    if nodes.source_of(output.inputs["Surface"]).node is None:
-        raise Unreadable(title, "nothing is linked to the Surface of its output", _CURE)
     return output
+
+
+def _is_empty(world: bpy.types.World) -> bool:
+    """Whether no shader reaches an output that counts: Cycles shows black."""
+    if not world.use_nodes or world.node_tree is None:
+        return False
+    output = nodes.output_of(world.node_tree)
+    return output is None or all(output.source(name).node is None for name in ("Surface", "Volume"))
 
 
 @dataclass(frozen=True)
@@ -231,7 +245,7 @@ def _views(world: bpy.types.World, title: str) -> list[_View]:
     return [light, *(view for view in views if not view.is_same(light))]
 
 
-def _view(output: bpy.types.Node, rays: Rays, title: str) -> _View:
+def _view(output: Output, rays: Rays, title: str) -> _View:
     source = panorama.surface_of(output, rays)
     if source.node is None:  # no shader: black
         return _View(rays, color=(0.0, 0.0, 0.0))
@@ -250,8 +264,8 @@ def _view(output: bpy.types.Node, rays: Rays, title: str) -> _View:
     return _View(rays, source if strength is not None else None, strength[0] if strength else 1.0)
 
 
-def _require_evaluable(output: bpy.types.Node, rays: Rays, title: str) -> None:
-    missing = images.missing_in(output.id_data)  # type: ignore[arg-type]
+def _require_evaluable(output: Output, rays: Rays, title: str) -> None:
+    missing = images.missing_in(output.tree)
     if missing:
         raise Unreadable(*_parts(missing[0]))
     panorama.require_direction_only(output, rays, title)

@@ -28,7 +28,7 @@ def fold(socket: bpy.types.NodeSocket, groups: Groups, title: str) -> Values | N
     value = nodes.constant(nodes.source_of(socket, groups))
     if value is not None:
         return value
-    if not all(_is_arithmetic(source.node) for source in reached(socket, groups=groups)):
+    if not all(_is_arithmetic(source.node) for source in reached(nodes.source_of(socket, groups))):
         return None
     tree = Tree(title, TextureRoom())
     result = tree.value(socket, groups)

@@ -5,7 +5,21 @@ from __future__ import annotations
 
 import bpy
 
-from ...shaders import ALPHA, ISLAND, POINTINESS, Register
+from ...shaders import (
+    ALPHA,
+    ATTRIBUTE,
+    FACTOR,
+    ISLAND,
+    MADE,
+    MATRIX,
+    NOT_MADE,
+    OPACITY,
+    POINTINESS,
+    STANDARD,
+    USUAL_COLOR,
+    USUAL_UV,
+    Register,
+)
 from ..nodes import Groups
 from .tree import Tree, maker
 
@@ -76,6 +90,8 @@ def _uv_map(tree: Tree, node: Node, _: Socket, __: Groups) -> Register:
 
 @maker("VertexColor")
 def _vertex_color(tree: Tree, node: Node, output: Socket, _: Groups) -> Register:
+    if node.layer_name in STANDARD:
+        return tree.shader.literal(0)
     if output.identifier == "Alpha":
         return tree.ask("attribute", "vector", tree.shader.name(ALPHA + node.layer_name))
     return tree.ask("attribute", "color", tree.shader.name(node.layer_name))
@@ -83,23 +99,28 @@ def _vertex_color(tree: Tree, node: Node, output: Socket, _: Groups) -> Register
 
 @maker("Attribute")
 def _attribute(tree: Tree, node: Node, output: Socket, _: Groups) -> Register:
-    if node.attribute_type != "GEOMETRY" or not node.attribute_name:
+    name, kind = node.attribute_name, output.identifier
+    if node.attribute_type != "GEOMETRY" or not name or name == MATRIX:
         cure = "set its type to Geometry and name an attribute"
         return tree.refuse(node, "{} names no attribute of the geometry", cure)
-    if output.identifier == "Alpha":
-        return tree.ask("attribute", "vector", tree.shader.name(ALPHA + node.attribute_name))
-    name = tree.shader.name(node.attribute_name)
-    # A colour, or if there is none of the name a UV map: each is 0 where the mesh has none.
-    zero = tree.shader.literal(0)
-    found = tree.emit(
-        "vector_math",
-        tree.ask("attribute", "color", name),
-        tree.ask("attribute", "uv", name),
-        zero,
-        zero,
-        mode="ADD",
-    )
-    return tree.emit("mean", found) if output.identifier == "Fac" else found
+    if kind == "Alpha":
+        if name in STANDARD - {USUAL_COLOR}:
+            return tree.shader.literal(1)
+        usual = "" if name == USUAL_COLOR else name
+        return tree.ask("attribute", "vector", tree.shader.name(OPACITY + usual))
+    if name in NOT_MADE:
+        return tree.shader.literal(0)
+    if name in MADE:
+        found = tree.ask("attribute", "vector", tree.shader.name(MADE[name]))
+        return tree.emit("mean", found) if kind == "Fac" else found
+    if name == USUAL_UV:
+        found = tree.ask("attribute", "uv", tree.shader.name(""))
+        return tree.emit("channel", found, mode=0) if kind == "Fac" else found
+    if name == USUAL_COLOR:
+        found = tree.ask("attribute", "color", tree.shader.name(""))
+        return tree.emit("mean", found) if kind == "Fac" else found
+    made = (FACTOR if kind == "Fac" else ATTRIBUTE) + name
+    return tree.ask("attribute", "vector", tree.shader.name(made))
 
 
 @maker("ObjectInfo")

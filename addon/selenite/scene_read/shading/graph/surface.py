@@ -57,6 +57,13 @@ _USUAL = {
     "metallic": ("base_color", "roughness"),
     "conductor": ("roughness",),
 }
+#: Kind of closure -> what makes two widths of its roughness.
+_STRETCHES = {
+    "principled": "anisotropic",
+    "glossy": "anisotropy",
+    "metallic": "anisotropy",
+    "conductor": "anisotropy",
+}
 #: The cure of what the nearest shader can stand for.
 APPROXIMATE = f"or let the nearest shader stand for it: {OPTION_APPROXIMATE}"
 
@@ -218,9 +225,10 @@ def _closure(tree: Tree, item: _Found) -> Closure | None:
     if distribution not in _DISTRIBUTIONS or distribution == "SHARP":  # sheen has others
         distribution = "GGX"
     tangent = None
-    if "anisotropy" in registers and node.bl_idname != "ShaderNodeSubsurfaceScattering":
-        if tree.number_of(node, "Anisotropy", groups) == 0:
-            registers["anisotropy"] = tree.shader.literal(0)  # two widths that stay one
+    stretch = _STRETCHES.get(kind, "")
+    if stretch and version in next(row for row in rows if row.name == stretch).versions:
+        if tree.number_of(node, stretch.capitalize(), groups) == 0:
+            registers[stretch] = tree.shader.literal(0)  # two widths that stay one
         else:
             tangent = tangent_of(tree, node, groups)
     if not item.shut:

@@ -21,6 +21,8 @@ _RADIAL = {
     "Z": ((1, -1), (0, 1), (0, 0)),
 }
 _OBJECT_TO_WORLD = 3
+#: Inputs that turn a tangent; of the Principled BSDF the second.
+_ROTATIONS = ("Rotation", "Anisotropic Rotation")
 
 
 @maker("Tangent")
@@ -32,14 +34,13 @@ def _tangent(tree: Tree, node: Node, _: Socket, __: Groups) -> Register:
 
 
 def tangent_of(tree: Tree, node: Node, groups: Groups) -> Register:
-    """The Tangent of a closure turned by its Rotation; nothing linked: around the z axis."""
+    """The Tangent of a closure turned by its rotation; nothing linked: around the z axis."""
     linked = tree.is_linked(node, "Tangent", groups)
     tangent = tree.get(node, "Tangent", groups) if linked else _radial(tree, "Z")
-    if tree.number_of(node, "Rotation", groups) == 0:
+    rotation = next(name for name in _ROTATIONS if tree.find(node, name) is not None)
+    if tree.number_of(node, rotation, groups) == 0:
         return tangent
-    turn = tree.math(
-        "MULTIPLY", tree.get(node, "Rotation", groups), tree.shader.literal(2 * math.pi)
-    )
+    turn = tree.math("MULTIPLY", tree.get(node, rotation, groups), tree.shader.literal(2 * math.pi))
     zero = tree.shader.literal(0)
     axis = tree.given(tree.normal(node, groups))
     return tree.emit("rotate", tangent, zero, axis, turn, zero, mode="AXIS_ANGLE")

@@ -18,7 +18,7 @@ from .... import native
 from ...reading.render_depsgraph import remove_new_pictures, without_handlers
 from ...reading.without_words import without_words
 from ...values import SunValues
-from ..nodes import Source, Unreadable
+from ..nodes import Output, Source, Unreadable
 from . import fingerprint, suns
 from .copies import WorldCopy
 from .rays import Rays
@@ -68,7 +68,7 @@ def evaluate(
     scene: bpy.types.Scene,
     world: bpy.types.World,
     wanted: Sequence[tuple[Rays, Source | None]],
-    output: bpy.types.Node,
+    output: Output,
     title: str,
 ) -> dict[str, Panorama]:
     """A panorama by name of the rays that see it. Raises Unreadable.

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import bpy
 
 from .. import nodes
-from ..nodes import Groups, Source, Unreadable
+from ..nodes import Output, Source, Unreadable
 
 _LIGHT_PATH = "ShaderNodeLightPath"
 _SHADERS = {"ShaderNodeBackground", "ShaderNodeEmission"}
@@ -69,15 +69,13 @@ OTHERS = (
 _KNOWN = frozenset({"Is Shadow Ray"}).union(*(rays.outputs for rays in OTHERS))
 
 
-def reached(
-    socket: bpy.types.NodeSocket, rays: Rays | None = None, groups: Groups = ()
-) -> Iterator[Source]:
-    """The nodes on which an input depends, as these rays see it: without the shaders that a mixture
+def reached(start: Source, rays: Rays | None = None) -> Iterator[Source]:
+    """The nodes on which a value depends, as these rays see it: without the shaders that a mixture
     hides from them. Each output of a node comes once."""
     seen = set()
-    waiting = [(socket, groups)]
+    waiting = [start]
     while waiting:
-        source = nodes.source_of(*waiting.pop())
+        source = waiting.pop()
         node = source.node
         if node is None:
             continue
@@ -89,17 +87,17 @@ def reached(
         yield source
         hidden = _hidden(source, rays)
         waiting += [
-            (item, source.groups)
+            nodes.source_of(item, source.groups)
             for item in node.inputs
             if item.enabled and not item.is_unavailable and item != hidden
         ]
 
 
-def used_outputs(output: bpy.types.Node, title: str) -> frozenset[str]:
+def used_outputs(output: Output, title: str) -> frozenset[str]:
     """The outputs of Light Path that tell rays apart. Raises Unreadable where one tells more than
     the kinds of rays apart."""
     found = set()
-    for source in reached(output.inputs["Surface"]):
+    for source in reached(output.source("Surface")):
         if source.node.bl_idname != _LIGHT_PATH:
             continue
         name = source.socket.identifier
@@ -110,9 +108,9 @@ def used_outputs(output: bpy.types.Node, title: str) -> frozenset[str]:
     return frozenset(found - {"Is Shadow Ray"})
 
 
-def require_direction_only(output: bpy.types.Node, rays: Rays, title: str) -> None:
+def require_direction_only(output: Output, rays: Rays, title: str) -> None:
     """Raises Unreadable where what the rays see depends on more than their direction."""
-    for source in reached(output.inputs["Surface"], rays):
+    for source in reached(output.source("Surface"), rays):
         node, name = source.node, source.socket.name
         kind = node.bl_idname
         if (
@@ -128,17 +126,17 @@ def require_direction_only(output: bpy.types.Node, rays: Rays, title: str) -> No
             raise Unreadable(title, cause, cure)
 
 
-def is_spatial(output: bpy.types.Node) -> bool:
+def is_spatial(output: Output) -> bool:
     """Whether Cycles takes the world for one that varies with the direction."""
     return any(
         source.node.bl_idname.startswith("ShaderNodeTex") or source.node.bl_idname in _SPATIAL
-        for source in reached(output.inputs["Surface"])
+        for source in reached(output.source("Surface"))
     )
 
 
-def surface_of(output: bpy.types.Node, rays: Rays) -> Source:
+def surface_of(output: Output, rays: Rays) -> Source:
     """The shader that these rays see: through mixtures that show them one side only."""
-    source = nodes.source_of(output.inputs["Surface"])
+    source = output.source("Surface")
     while source.node is not None and source.node.bl_idname == "ShaderNodeMixShader":
         hidden = _hidden(source, rays)
         if hidden is None:

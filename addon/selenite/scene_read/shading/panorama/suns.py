@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from .. import nodes
-from ..nodes import Unreadable
+from ..nodes import Output, Unreadable
 from .rays import Rays, reached
 
 #: Radians; a panorama shows larger discs by itself.
@@ -30,10 +30,10 @@ class Disc:
     radius: float
 
 
-def find(output: bpy.types.Node, rays: Rays, title: str) -> Disc | None:
+def find(output: Output, rays: Rays, title: str) -> Disc | None:
     """The disc that is too small for a panorama, if these rays see one. Raises Unreadable."""
     skies = {}
-    for source in reached(output.inputs["Surface"], rays):
+    for source in reached(output.source("Surface"), rays):
         node = source.node
         if (
             node.bl_idname == "ShaderNodeTexSky"
