@@ -15,6 +15,7 @@ from ..scene_read.capture_request import (
     GAINS,
     MOST_ERODED,
     CaptureRequest,
+    LensDistortion,
     with_ids,
 )
 
@@ -105,10 +106,15 @@ def captures_from(
             silhouette=item.silhouette if item.silhouette is not None else args.silhouette,
             background=item.background or args.background or "",
             response=response if item.response == AUTO_RESPONSE else item.response,
-            distortion=False if args.undistorted and not item.distortion else item.distortion,
+            distortion=_distortion(item, undistorted=args.undistorted),
         )
         for item in captures
     )
+
+
+def _distortion(item: CaptureRequest, *, undistorted: bool) -> LensDistortion | bool | None:
+    """Of a photo: its own, or none at all where --undistorted says so."""
+    return False if undistorted and not item.distortion else item.distortion
 
 
 def _masks(

@@ -100,7 +100,9 @@ class Materials:
             texture = tree.nodes.new("ShaderNodeTexImage")
             texture.image = self._image(wanted.texture, wanted.color)
             texture.location = (node.location.x - 320, node.location.y)
-            extensions = texture.bl_rna.properties["extension"].enum_items
+            known = texture.bl_rna.properties["extension"]
+            assert isinstance(known, bpy.types.EnumProperty)  # noqa: S101 - so RNA has it
+            extensions = known.enum_items
             if wanted.extension in extensions:  # Blender 3.4 does not mirror
                 texture.extension = wanted.extension
             shown = texture.outputs["Color"]

@@ -235,7 +235,9 @@ def without_photo(scene: SceneValues, requests: Sequence[CaptureRequest]) -> str
 
 
 #: Reference, weight, inside, and what is known of photo and mask; or why there is none.
-_Pixels: TypeAlias = "tuple[np.ndarray, np.ndarray, np.ndarray, PhotoInfo, CountedInfo | None]"
+_Decoded: TypeAlias = (
+    "tuple[np.ndarray, np.ndarray, np.ndarray, PhotoInfo, CountedInfo | None] | Problem"
+)
 
 
 @dataclass(frozen=True)
@@ -254,7 +256,7 @@ class _Opened:
     silhouette: np.ndarray | None
     remarks: list[str]
 
-    def decode(self, packed: Mapping[str, bytes]) -> _Pixels | Problem:
+    def decode(self, packed: Mapping[str, bytes]) -> _Decoded:
         """Its pixels at the working size; may run beside others."""
         request = self.request
         titles = _titles(request)
@@ -265,7 +267,7 @@ class _Opened:
                 as_file(request.mask, packed) as paths[titles[1]],
                 as_file(request.exclude, packed) as paths[titles[2]],
             ):
-                found: _Pixels = native.image().read_at_size(
+                found: _Decoded = native.image().read_at_size(
                     path, *self.working_size, paths[titles[1]] or None,
                     exclude=paths[titles[2]] or None, response=self.response,
                     counted=request.clip, corners=self.corners, within=self.silhouette,
@@ -330,7 +332,7 @@ def _open(
 
 def _finish(
     opened: _Opened,
-    decoded: _Pixels | Problem,
+    decoded: _Decoded,
     problems: list[Problem],
     warnings: list[str],
 ) -> Capture | None:
