@@ -302,7 +302,8 @@ def test_a_packed_photo_whose_copy_does_not_fit_on_the_disk_is_a_problem(
 
     picture = write_png(tmp_path / "a.png", np.full((HEIGHT, WIDTH, 3), 128, np.uint8))
     packed = {"packed:a": picture.read_bytes()}
-    camera = SimpleNamespace(name="Camera", width=WIDTH, height=HEIGHT, aspect=WIDTH / HEIGHT)
+    aspect = WIDTH / HEIGHT
+    camera = SimpleNamespace(name="Camera", width=WIDTH, height=HEIGHT, aspect=aspect, lens=None)
     scene = SimpleNamespace(cameras=[camera], unusable_cameras={})
     request = CaptureRequest("Camera", "packed:a")
     problems: list[Problem] = []

@@ -58,9 +58,9 @@ def base_color(material: bpy.types.Material | None) -> BaseColor:
     if not shaders:
         kinds = ("ShaderNodeEmission", "ShaderNodeBackground")
         sockets = [node.inputs["Color"] for node in tree.nodes if node.bl_idname in kinds]
-    for socket in sockets[:1]:
+    if sockets:
         factors = np.ones(3)
-        _follow(socket, found, factors)
+        _follow(sockets[0], found, factors)
         found.color = tuple(float(value) for value in factors)  # type: ignore[assignment]
     if not shaders and not found.images:
         found.images = _colour_images(tree)
