@@ -15,7 +15,6 @@ from ..scene_read.capture_request import (
     GAINS,
     MOST_ERODED,
     CaptureRequest,
-    LensDistortion,
     with_ids,
 )
 
@@ -88,6 +87,10 @@ def captures_from(
     cameras = [*(camera.name for camera in values.cameras), *values.unusable_cameras]
     given = [CaptureRequest(*pair) for pair in arguments.files(args.photo, problems, cameras)]
     captures = with_ids(given or stored, (camera.name for camera in values.cameras))
+    if args.undistorted:
+        captures = [
+            item if item.distortion else replace(item, distortion=False) for item in captures
+        ]
     masks = _masks(args.mask, captures, problems)
     excluded = _masks(args.exclude, captures, problems)
     if args.silhouette is not None and not 0 <= args.silhouette <= MOST_ERODED:
@@ -106,15 +109,9 @@ def captures_from(
             silhouette=item.silhouette if item.silhouette is not None else args.silhouette,
             background=item.background or args.background or "",
             response=response if item.response == AUTO_RESPONSE else item.response,
-            distortion=_distortion(item, undistorted=args.undistorted),
         )
         for item in captures
     )
-
-
-def _distortion(item: CaptureRequest, *, undistorted: bool) -> LensDistortion | bool | None:
-    """Of a photo: its own, or none at all where --undistorted says so."""
-    return False if undistorted and not item.distortion else item.distortion
 
 
 def _masks(
