@@ -88,9 +88,9 @@ def captures_from(
     given = [CaptureRequest(*pair) for pair in arguments.files(args.photo, problems, cameras)]
     captures = with_ids(given or stored, (camera.name for camera in values.cameras))
     if args.undistorted:
-        captures = [
+        captures = tuple(
             item if item.distortion else replace(item, distortion=False) for item in captures
-        ]
+        )
     masks = _masks(args.mask, captures, problems)
     excluded = _masks(args.exclude, captures, problems)
     if args.silhouette is not None and not 0 <= args.silhouette <= MOST_ERODED:
