@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from selenite._core import StopReason
 from selenite.fit_run import diagnosis
 from selenite.fit_run.diagnosis import Limits, View, diagnose
 
@@ -219,18 +220,18 @@ def test_black_and_wholly_masked_pictures_say_nothing():
 )
 def test_a_loss_that_still_falls_when_the_iterations_end(losses, falls):
     seen = history({"Body:roughness": converged(41)}, losses, error=1e-6)
-    result = {"history": seen, "stopped_because": "all iterations done"}
+    result = {"history": seen, "stopped": StopReason.ITERATIONS}
     reported = diagnosis.still_falling(result)
     assert len(reported) == falls
     if falls:
         assert "at iteration 25" in reported[0] and "at 35" in reported[0]
         assert "Iterations, such as 80" in reported[0]
-    assert not diagnosis.still_falling(result | {"stopped_because": "converged"})
+    assert not diagnosis.still_falling(result | {"stopped": StopReason.CONVERGED})
 
 
 def test_noise_and_a_refinement_that_explains_the_photos_silence_a_falling_loss():
     seen = history({"Body:roughness": converged(41)}, 0.01 * 0.97 ** np.arange(41), error=1e-6)
-    result = {"history": seen, "stopped_because": "all iterations done"}
+    result = {"history": seen, "stopped": StopReason.ITERATIONS}
     assert diagnosis.still_falling(result)
     noisy = result | {"history": seen | {"validation_standard_error": np.full(41, 0.001)}}
     assert not diagnosis.still_falling(noisy)
@@ -241,7 +242,7 @@ def test_noise_and_a_refinement_that_explains_the_photos_silence_a_falling_loss(
 def test_only_the_last_stage_is_judged():
     """Another height is another loss."""
     seen = history({"Body:roughness": converged(41)}, [0.1] * 20 + [0.01] * 21, error=1e-6)
-    result = {"history": seen, "stopped_because": "all iterations done"}
+    result = {"history": seen, "stopped": StopReason.ITERATIONS}
     seen["stage"] = np.array([1] * 20 + [2] * 21)
     assert not diagnosis.still_falling(result)
     seen["validation"][35] = 0.005
@@ -254,5 +255,5 @@ def test_the_loss_in_the_weights_of_the_answer_is_no_fall(answers):
     losses = [0.04] * 40 + [0.004] * answers
     seen = history({"Body:roughness": converged(len(losses))}, losses, error=1e-6)
     seen["iteration"] = np.minimum(seen["iteration"], 40)
-    result = {"history": seen, "stopped_because": "all iterations done"}
+    result = {"history": seen, "stopped": StopReason.ITERATIONS}
     assert not diagnosis.still_falling(result)

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from selenite._core import StopReason
 from selenite.fit_run.answer import light_pairing
 from selenite.fit_run.answer.light_pairing import explains, mismatches
 
@@ -27,17 +28,19 @@ def test_lights_that_explain_nothing_are_not_said_to_be_the_right_ones(other, ow
 def _plan(photos: int) -> SimpleNamespace:
     lights = [{"lamps": [f"Lamp {index}"], "world": True, "places": {}} for index in range(photos)]
     captures = [SimpleNamespace(id=str(index), lights=one) for index, one in enumerate(lights)]
-    return SimpleNamespace(captures=captures, scene=None)
+    request = SimpleNamespace(settings=None)
+    return SimpleNamespace(captures=captures, scene=None, request=request)
 
 
 def test_after_a_fit_that_was_stopped_nothing_is_compared() -> None:
-    assert mismatches(_plan(2), {"stopped_because": "cancelled"}) == []  # type: ignore[arg-type]
+    assert mismatches(_plan(2), {"stopped": StopReason.CANCELLED}) == []  # type: ignore[arg-type]
 
 
 def test_a_comparison_that_takes_long_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
     seconds = iter(range(0, 10000, 15))
     monkeypatch.setattr(light_pairing.time, "monotonic", lambda: next(seconds))
     monkeypatch.setattr(light_pairing, "scene_at", lambda _plan, _result: None)
+    monkeypatch.setattr(light_pairing, "evaluator", lambda _scene, _settings: None)
     rendered = []
 
     class View:
@@ -50,5 +53,5 @@ def test_a_comparison_that_takes_long_is_left(monkeypatch: pytest.MonkeyPatch) -
             return SimpleNamespace(mean=1.0)
 
     monkeypatch.setattr(light_pairing, "_View", View)
-    assert mismatches(_plan(9), {"stopped_because": "converged"}) == []  # type: ignore[arg-type]
+    assert mismatches(_plan(9), {"stopped": StopReason.CONVERGED}) == []  # type: ignore[arg-type]
     assert len(rendered) == 2

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import pytest
 
+from selenite._core import StopReason
 from selenite.fit_run import overall
 from selenite.fit_run.job import Progress
 from selenite.fit_run.overall import Overall, Shown, time_text
@@ -15,7 +16,7 @@ from selenite.fit_run.overall import Overall, Shown, time_text
 WEIGHTS = [{"multi-start": 1.0, "descent": 4.0, "refinement": 3.0, "comparison": 2.0}]
 NEW = Progress(
     running=True, iteration=0, iterations=40, loss=math.nan, seconds=0.0, seconds_left=math.nan,
-    stopped_because="", values={}, phase="multi-start",
+    stopped=StopReason.NONE, stopped_because="", values={}, phase="multi-start",
 )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
+from selenite._core import StopReason  # noqa: E402
 from selenite.fit_run import trust  # noqa: E402
 from selenite.fit_run.unknowns import Unknown  # noqa: E402
 
@@ -249,7 +250,7 @@ def test_multi_start_says_whether_it_left_the_start() -> None:
 
 def test_a_fit_that_is_stopped_in_its_multi_start_says_whose_values_it_has() -> None:
     search = {"points": 39, "moved": True, "start_loss": 1.0, "loss": 0.1, "standard_error": 0.01}
-    stopped = {"report": None, "stopped_because": "cancelled", "history": {"iteration": []}}
+    stopped = {"report": None, "stopped": StopReason.CANCELLED, "history": {"iteration": []}}
     text = said(stopped | {"search": search})
     assert "after 39 starting points: the values are the best of them, not refined" in text
     text = said(stopped | {"search": search | {"moved": False}})
