@@ -145,7 +145,7 @@ def test_on_a_full_disk_the_values_come_out(words, tmp_path):
     assert report["parameters"]["Body:base_color"]["value"] == pytest.approx(COLOUR, abs=0.03)
     assert report["folder"] is None
     assert "the results cannot be written" in report["error"]
-    assert "Body:base_color: 0.5000" in said and "is not kept in" in said
+    assert "Body:base_color" in said and "determined" in said and "is not kept in" in said
     assert "Traceback" not in said
     left = {name.rpartition("/")[2] for name in files(tmp_path / "fits")}
     assert not {name for name in left if name.endswith((".partial", ".part"))}, left

@@ -100,8 +100,9 @@ void prefetch([[maybe_unused]] const Geometry::Face& face) {
 #endif
 }
 
-/// By how much the coordinate along the normal has to be smaller to count.
-constexpr float kFlat = 64;
+/// By how much the coordinate along the normal has to be smaller to count, and how small it may be: a
+/// plane through the origin has one of 0, and a ray that leaves it must not meet it again.
+constexpr float kFlat = 64, kFlattest = 1024;
 
 std::vector<Geometry::Face> faces_of(const Mesh& mesh) {
   std::vector<Geometry::Face> faces;
@@ -120,7 +121,8 @@ std::vector<Geometry::Face> faces_of(const Mesh& mesh) {
     for (const Vec3f& corner : face.corners)
       along = std::max(along, std::abs(corner.x * face.ng.x) + std::abs(corner.y * face.ng.y) +
                                   std::abs(corner.z * face.ng.z));
-    if (along * kFlat < face.coordinate) face.coordinate = along;
+    if (along * kFlat < face.coordinate)
+      face.coordinate = std::max(along, face.coordinate / kFlattest);
     face.slot = mesh.material_slots[i];
   }
   return faces;
