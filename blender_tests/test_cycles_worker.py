@@ -64,8 +64,7 @@ def request(folder, **settings):
         "values": {"Body:base_color": [0.1, 0.2, 0.3]},
         "grids": {},
         "images": {},
-        "gains": {},
-        "alignments": {},
+        "taken": {},
         "environment": "",
     }
 
@@ -75,11 +74,16 @@ def asked(monkeypatch):
     """Both renderers answer with one colour; what they are asked for is kept."""
     noted = SimpleNamespace(native=[], cycles=[])
 
-    def render(scene, camera, width, height, spp, **options):
-        noted.native.append({"scene": scene, "camera": camera, "size": (width, height),
-                             "spp": spp, **options})  # fmt: skip
-        error = np.full((height, width, 3), OURS_ERROR, np.float32)
-        return SimpleNamespace(image=picture(OURS), standard_error=error)
+    class Evaluator:
+        def __init__(self, scene, **options):
+            self.asked = {"scene": scene, **options}
+
+        def picture(self, photo, spp, **options):
+            width, height = photo.size
+            noted.native.append({"camera": photo.camera, "size": (width, height), "spp": spp,
+                                 "frame": photo.frame, **self.asked, **options})  # fmt: skip
+            error = np.full((height, width, 3), OURS_ERROR, np.float32)
+            return SimpleNamespace(image=picture(OURS), standard_error=error)
 
     def estimate(scene, camera, size, samples, seeds, path, progress, pixel_aspect):
         noted.cycles.append({"camera": camera, "size": size, "samples": samples,
@@ -90,7 +94,7 @@ def asked(monkeypatch):
         mean = picture(CYCLES).astype(np.float64)
         return Estimate(mean, np.full(mean.shape, CYCLES_ERROR**2))
 
-    monkeypatch.setattr(native.core(), "render", render)
+    monkeypatch.setattr(native.core(), "Evaluator", Evaluator)
     monkeypatch.setattr(cycles_render, "estimate", estimate)
     return noted
 

@@ -78,13 +78,17 @@ FieldShape image_of(const Scene& scene, const std::string& owner, const std::str
 PixelLoss loss_of(const Photo& photo, bool squared) {
   const Colorf gain(photo.values.gain);
   if (!squared) {
-    PixelLoss mean =
-        mean_of_pixels(photo.weight.empty() ? std::vector<float>(photo.size(), 1) : photo.weight);
+    PixelLoss mean = mean_of_pixels(
+        photo.weight.empty()
+            ? std::vector<float>(static_cast<std::size_t>(photo.width) * photo.height, 1)
+            : photo.weight);
     return [mean = std::move(mean), gain](std::size_t pixel, const Film& film) {
       PixelSlope found = mean(pixel, film);
       return PixelSlope{found.slope * gain, found.curvature * gain};
     };
   }
+  if (photo.reference.empty())
+    throw InvalidArgument("gradient: photo '" + photo.id + "' has no pixels; give its reference");
   Picture reference = photo.reference;
   for (Colorf& pixel : reference) pixel = pixel / gain;
   return [error = squared_error(reference), square = gain * gain](std::size_t pixel,

@@ -56,8 +56,12 @@ Photo make_photo(const std::string& camera, const py::object& reference, const p
   if (reference.is_none() == !size)
     throw InvalidArgument("Photo '" + (id.empty() ? camera : id) +
                           "': give its pixels, reference, or its size, (width, height)");
-  Photo photo = size ? photo_of_size(camera, (*size)[0], (*size)[1]) : Photo{};
+  Photo photo;
   photo.camera = camera;
+  if (size) {
+    photo.width = (*size)[0];
+    photo.height = (*size)[1];
+  }
   photo.id = id.empty() ? camera : id;
   if (!size) take_pixels(photo, reference, weight);
   photo.frame = frame_of(frame);
@@ -108,12 +112,15 @@ Raises:
            "align"_a = false, "alignment"_a = Triple{})
       .def_readonly("id", &Photo::id)
       .def_readonly("camera", &Photo::camera)
-      .def_property_readonly(
-          "reference", [](const Photo& p) { return picture_array(p.reference, p.width, p.height); })
+      .def_property_readonly("reference",
+                             [](const Photo& p) -> py::object {
+                               if (p.reference.empty()) return py::none();
+                               return picture_array(p.reference, p.width, p.height);
+                             })
       .def_property_readonly("weight",
                              [](const Photo& p) {
                                py::array_t<float> weights({p.height, p.width});
-                               std::fill_n(weights.mutable_data(), p.size(), 1.f);
+                               std::fill_n(weights.mutable_data(), weights.size(), 1.f);
                                std::ranges::copy(p.weight, weights.mutable_data());
                                return weights;
                              })

@@ -77,6 +77,8 @@ def run(args: argparse.Namespace) -> JsonObject:
         say(f"warning: {text}")
     if unused := without_photo(values, plan.request.captures):
         say(unused)
+    if plan.request.staging:
+        say(f"stages: {plan.request.staging}")
     if why := why_not_folder(out, size_of(plan)):
         raise BadInput(Problem(f"Folder '{out}'", why, arguments.OTHER_FOLDER))
     unfinished = unfinished or new_folder(out, SUFFIX)

@@ -238,8 +238,16 @@ class Background(Generic[W]):
             job.join()
 
 
+# At run time without its parameter: typing remembers such a class for ever, and what this module
+# holds of Blender with it, so that bpy would not end.
+if TYPE_CHECKING:
+    _OfWork = Background[Work]
+else:
+    _OfWork = Background
+
+
 @dataclass
-class Measurement(Background[Work]):
+class Measurement(_OfWork):
     """At most one measurement of time against error at a time."""
 
     def cancel(self) -> None:

@@ -8,7 +8,7 @@ a reading does between two graphs is done by who calls `step`, on the main threa
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Generic, TypeAlias, TypeVar
 
 import bpy
 
@@ -16,7 +16,8 @@ from ...problems import Problem
 from .render_depsgraph import Job, Reading, Stopped
 
 T = TypeVar("T")
-Handler = Callable[[bpy.types.Scene], None]
+# A text: an alias that holds a type of Blender's keeps it from ending.
+Handler: TypeAlias = "Callable[[bpy.types.Scene], None]"
 _POLL = 0.1  # seconds
 
 
