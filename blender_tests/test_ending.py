@@ -107,14 +107,14 @@ def test_a_cancelled_preparation_ends_at_the_next_photo(tmp_path, monkeypatch):
         settings.captures[-1].photo = settings.captures[0].photo
     values, scene = made.read(), bpy.context.scene
     work = Preparing(values, Unfinished(run_request(scene, values)), {}, "")
-    seen, read = [], prepared._read
+    seen, read = [], prepared._open
 
     def reading(*arguments):
         seen.append(1)
         work.cancel()
         return read(*arguments)
 
-    monkeypatch.setattr(prepared, "_read", reading)
+    monkeypatch.setattr(prepared, "_open", reading)
     monkeypatch.setattr(plan, "build_scene", lambda _: pytest.fail("a scene is built"))
     list(work.steps())
     assert len(seen) == 1 and work.job is None

@@ -28,7 +28,12 @@ def test_a_fit_finds_the_constants_of_a_graph(name, tmp_path, capsys):
         values, intervals = row["value"], row["interval_90"]
         if len(truth) == 1:
             values, intervals = [row["value"]], [row["interval_90"]]
-        for value, true, (low, high) in zip(values, truth, intervals, strict=True):
+        for value, true, between in zip(values, truth, intervals, strict=True):
+            if parameter.endswith("Rotation"):  # half a turn stretches alike
+                value -= 0.5 * round((value - true) / 0.5)
             assert value == pytest.approx(true, rel=0.02), parameter
+            if between is None:  # said not to be determined
+                continue
+            low, high = between
             allowed = _WIDTHS * (high - low) / 2
             assert abs(value - true) <= allowed, (parameter, value, low, high)

@@ -90,4 +90,4 @@ def test_result_of_a_fit_holds_both_lengths(tmp_path, capsys):
     wanted = [100 / sigma for sigma in rows["Body:extinction"]["value"]]
     assert path["value"] == pytest.approx(wanted)
     assert "mean_free_path" not in rows["Body:albedo"]
-    assert "(mean free path " in printed and " mm)" in printed
+    assert "  mean free path" in printed and " mm" in printed

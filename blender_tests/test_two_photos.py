@@ -89,7 +89,7 @@ def test_after_ctrl_c_nobody_waits_for_pictures(photos, tmp_path, capsys, monkey
 
     def interrupt(self, fraction, *more, note=""):
         shown(self, fraction, *more, note=note)
-        if self._title == "fitting" and re.match("[1-9]", note):  # iterations are done
+        if self._title == "fitting" and re.match("iteration [1-9]", note):  # iterations are done
             raise KeyboardInterrupt
 
     monkeypatch.setattr(Bar, "update", interrupt)

@@ -102,7 +102,7 @@ void prefetch([[maybe_unused]] const Geometry::Face& face) {
 
 /// By how much the coordinate along the normal has to be smaller to count, and how small it may be: a
 /// plane through the origin has one of 0, and a ray that leaves it must not meet it again.
-constexpr float kFlat = 64, kFlattest = 1024;
+constexpr float kFlat = 64, kFlattest = 4e6f;
 
 std::vector<Geometry::Face> faces_of(const Mesh& mesh) {
   std::vector<Geometry::Face> faces;
