@@ -35,8 +35,11 @@ std::vector<Stage> two_stages(const Scene& scene) {
 TEST(StagedFit, EachStageStartsAtTheBestValuesOfTheOneBefore) {
   const Scene scene = synthetic_scene();
   const std::vector<UnknownParameter> unknowns = synthetic_unknowns();
-  StagedFit run(unknowns, two_stages(scene));
+  std::vector<Stage> stages = two_stages(scene);
+  stages[1].settings.search = "on";
+  StagedFit run(unknowns, stages);
   while (run.ended().empty()) ASSERT_TRUE(run.step());
+  EXPECT_EQ(run.fit().settings().search, "off") << "only the first stage searches";
   const FitResult& first = run.ended()[0]->result;
   EXPECT_EQ(first.iterations, 9);
   EXPECT_EQ(first.stopped, StopReason::kIterations);
