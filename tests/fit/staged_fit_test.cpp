@@ -64,7 +64,7 @@ TEST(StagedFit, ValuesOfStagesBeforeStandInTheScene) {
   stages[1].parameters.erase(stages[1].parameters.begin());  // the colour stays as it was found
   StagedFit run(synthetic_unknowns(), stages);
   while (run.ended().empty()) ASSERT_TRUE(run.step());
-  const UnknownParameter& colour = synthetic_unknowns()[0];
+  const UnknownParameter colour = synthetic_unknowns()[0];
   const Scene now = run.fit().problem()->scene_at(run.fit().values());
   EXPECT_EQ(now.get(now.find(colour.owner, colour.parameter)),
             run.point()->scalar(colour.owner + ":" + colour.parameter));
@@ -81,7 +81,7 @@ TEST(StagedFit, IsResumedInAnyStageToTheSameBits) {
   for (const std::string& state : states) {
     StagedFit again(unknowns, two_stages(scene));
     again.restore(state);
-    EXPECT_EQ(again.saved(), state);
+    EXPECT_TRUE(again.saved() == state);  // too long to be shown
     while (again.step()) {
     }
     EXPECT_EQ(again.ended().size(), 1u);
@@ -105,11 +105,11 @@ TEST(StagedFit, AStateOfOtherStagesIsRefused) {
   EXPECT_THROW(StagedFit(synthetic_unknowns(), {}), InvalidArgument);
 }
 
-TEST(StagedFit, StopsBetweenTwoStages) {
+TEST(StagedFit, StopsWithoutAnotherStage) {
   const Scene scene = synthetic_scene();
   StagedFit run(synthetic_unknowns(), two_stages(scene));
   Progress progress;
-  while (run.fit().result().iterations < 9) ASSERT_TRUE(run.step(&progress));
+  while (run.fit().result().iterations < 8) ASSERT_TRUE(run.step(&progress));
   progress.cancelled = true;
   while (run.step(&progress)) {
   }

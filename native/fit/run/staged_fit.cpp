@@ -143,6 +143,7 @@ void StagedFit::restore(std::string_view saved) {
   state.expect_end();
   fit_->restore(now);
   if (stopped == StopReason::kCancelled) return;  // it goes on
+  stopped_ = stopped;
   fit_->restore_end(stopped);
 }
 
