@@ -192,7 +192,16 @@ def test_join_runs_through_all_stages_without_anyone_polling(tmp_path):
     job = FitJob(plan_of(tmp_path, (4, 5)))
     job.start()
     job.join()
-    assert job.result()["iterations"] == 9
+    result = job.result()
+    first, last = result["stages"]
+    assert result["iterations"] == first["iterations"] + last["iterations"] == 9
+    assert result["best_iteration"] == first["iterations"] + last["best_iteration"]
+    assert {name: result["values_best"][name] for name in last["values"]} == last["values"]
+    history = result["history"]
+    assert list(history["stage"]) == [1] * 5 + [2] * 7  # the last row is the refined state
+    assert list(history["iteration"]) == [*range(5), *range(4, 10), 9]
+    begun = {name: list(history["values"][name][5]) for name in first["values"]}
+    assert begun == {name: pytest.approx(value) for name, value in first["values"].items()}
     assert job.progress().fraction == 1
 
 
