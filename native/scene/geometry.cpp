@@ -128,10 +128,6 @@ std::vector<Geometry::Face> faces_of(const Mesh& mesh) {
   return faces;
 }
 
-}  // namespace
-
-namespace {
-
 /// Bounds of an instance in the world; empty (low > high) without a finite vertex.
 struct WorldBox {
   Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};

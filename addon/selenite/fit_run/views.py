@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 
 @dataclass(frozen=True)
@@ -18,12 +19,15 @@ class View:
     picture: np.ndarray
 
 
-def blurred(picture: np.ndarray) -> np.ndarray:
-    """Mean over 3 x 3 pixels; the outermost repeat."""
-    padded = np.pad(picture.astype(float), ((1, 1), (1, 1), (0, 0)), mode="edge")
-    height, width = picture.shape[:2]
-    shifted = [padded[y : y + height, x : x + width] for y in range(3) for x in range(3)]
-    return np.mean(shifted, axis=0)
+def blurred(picture: np.ndarray, reach: int = 1) -> np.ndarray:
+    """Mean over squares of 2 `reach` + 1 pixels, of (h, w) or (h, w, channels); the outermost
+    repeat."""
+    found = picture.astype(float)
+    for axis in (0, 1):
+        width = [(reach, reach) if at == axis else (0, 0) for at in range(found.ndim)]
+        windows = sliding_window_view(np.pad(found, width, mode="edge"), 2 * reach + 1, axis)
+        found = windows.mean(axis=-1)
+    return found
 
 
 def eroded(mask: np.ndarray, pixels: int) -> np.ndarray:

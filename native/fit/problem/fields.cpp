@@ -140,7 +140,7 @@ Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) 
 }
 
 void Fields::add(const Scene& scene, const UnknownParameter& one) {
-  const std::string name = one.owner + ":" + one.parameter;
+  const std::string name = one.name();
   const FieldRef ref =
       *field_of(one, selenite::is_environment(one) ? -1 : scene.material(one.owner));
   if (std::find(refs_.begin(), refs_.end(), ref) != refs_.end())

@@ -95,7 +95,7 @@ Unknowns::Unknowns(const Scene& scene, const std::vector<UnknownParameter>& want
   std::vector<double> start, minimum, maximum, rate;
   for (const UnknownParameter& one : wanted) {
     if (Fields::is_field(one)) continue;
-    const std::string name = one.owner + ":" + one.parameter;
+    const std::string name = one.name();
     std::optional<Target> target;
     problems.collect([&] { target.emplace(target_of(scene, photos, one)); });
     if (!target) continue;

@@ -22,6 +22,9 @@ struct UnknownParameter {
   std::vector<double> start;  ///< 1 or 3 values
   double minimum = 0, maximum = 1;
   double learning_rate = 0.03;  ///< Adam's step in units of the parameter; > 0
+
+  /// As "Body:roughness".
+  std::string name() const { return owner + ":" + parameter; }
 };
 
 /// Where a parameter of a photo lives. `field` counts the `fields` of PhotoParameters.

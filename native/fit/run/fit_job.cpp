@@ -16,7 +16,7 @@ std::vector<Stage> one_stage(Scene scene, std::vector<Photo> photos,
                              const std::vector<UnknownParameter>& unknowns, FitSettings settings) {
   std::vector<Stage> stages(1);
   for (const UnknownParameter& one : unknowns) {
-    stages[0].parameters.push_back(one.owner + ":" + one.parameter);
+    stages[0].parameters.push_back(one.name());
     if (Fields::is_field(one)) stages[0].fields.push_back(stages[0].parameters.back());
   }
   stages[0].scene = std::move(scene);

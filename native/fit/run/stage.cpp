@@ -8,8 +8,6 @@
 namespace selenite {
 namespace {
 
-std::string name_of(const UnknownParameter& one) { return one.owner + ":" + one.parameter; }
-
 bool has(const std::vector<std::string>& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
 }
@@ -62,7 +60,7 @@ void RunPoint::take(const FitProblem& problem, const Vector& x, const FieldValue
 
 RunUnknowns::RunUnknowns(std::vector<UnknownParameter> wanted, const std::vector<Stage>& stages) {
   std::vector<std::string> names;
-  for (const UnknownParameter& one : wanted) names.push_back(name_of(one));
+  for (const UnknownParameter& one : wanted) names.push_back(one.name());
   for (UnknownParameter& one : wanted) {
     if (!Fields::is_field(one)) {
       scalars_.push_back(std::move(one));
@@ -71,7 +69,7 @@ RunUnknowns::RunUnknowns(std::vector<UnknownParameter> wanted, const std::vector
     Field field{one, nullptr, colour_of(one)};
     if (!has(names, field.colour)) field.colour.clear();
     const auto stage =
-        std::ranges::find_if(stages, [&](const Stage& s) { return has(s.fields, name_of(one)); });
+        std::ranges::find_if(stages, [&](const Stage& s) { return has(s.fields, one.name()); });
     const Scene& scene = stage == stages.end() ? stages.front().scene : stage->scene;
     field.alone = std::make_shared<const Fields>(scene, std::vector{one});
     fields_.push_back(std::move(field));
@@ -80,15 +78,15 @@ RunUnknowns::RunUnknowns(std::vector<UnknownParameter> wanted, const std::vector
 
 RunPoint RunUnknowns::start() const {
   RunPoint point;
-  for (const UnknownParameter& one : scalars_) point.scalars.emplace_back(name_of(one), one.start);
+  for (const UnknownParameter& one : scalars_) point.scalars.emplace_back(one.name(), one.start);
   for (const Field& one : fields_)
-    point.fields.emplace_back(name_of(one.wanted), one.alone->start()[0]);
+    point.fields.emplace_back(one.wanted.name(), one.alone->start()[0]);
   return point;
 }
 
 const RunUnknowns::Field& RunUnknowns::field(const std::string& name) const {
   const auto found =
-      std::ranges::find_if(fields_, [&](const Field& f) { return name_of(f.wanted) == name; });
+      std::ranges::find_if(fields_, [&](const Field& f) { return f.wanted.name() == name; });
   if (found == fields_.end()) throw UnknownName("'" + name + "' is not a field of this run");
   return *found;
 }
@@ -107,7 +105,7 @@ void RunUnknowns::fill_waiting(RunPoint& point, const std::vector<Stage>& stages
     const Field& one = fields_[f];
     const bool fitted =
         std::any_of(stages.begin(), stages.begin() + static_cast<std::ptrdiff_t>(stage),
-                    [&](const Stage& s) { return has(s.parameters, name_of(one.wanted)); });
+                    [&](const Stage& s) { return has(s.parameters, one.wanted.name()); });
     if (!fitted && !one.colour.empty())
       point.fields[f].second = filled(*one.alone, one.wanted, point.scalar(one.colour));
   }
@@ -116,14 +114,14 @@ void RunUnknowns::fill_waiting(RunPoint& point, const std::vector<Stage>& stages
 Scene RunUnknowns::scene_at(const Stage& stage, const RunPoint& point) const {
   std::vector<std::string> replaced;  // colours in whose place a field stands
   for (const Field& one : fields_)
-    if (has(stage.fields, name_of(one.wanted))) replaced.push_back(one.colour);
+    if (has(stage.fields, one.wanted.name())) replaced.push_back(one.colour);
   std::vector<std::pair<ParameterRef, std::vector<double>>> values;
   for (const UnknownParameter& one : scalars_)  // those of the stage itself are its fit's
-    if (!has(replaced, name_of(one)) && !has(stage.parameters, name_of(one)))
-      values.emplace_back(stage.scene.find(one.owner, one.parameter), point.scalar(name_of(one)));
+    if (!has(replaced, one.name()) && !has(stage.parameters, one.name()))
+      values.emplace_back(stage.scene.find(one.owner, one.parameter), point.scalar(one.name()));
   Scene scene = stage.scene.with(values);
   for (std::size_t f = 0; f < fields_.size(); ++f)
-    if (has(stage.fields, name_of(fields_[f].wanted)))
+    if (has(stage.fields, fields_[f].wanted.name()))
       scene = fields_[f].alone->scene_with_field(scene, 0, point.fields[f].second);
   return scene;
 }
@@ -132,12 +130,12 @@ std::vector<UnknownParameter> RunUnknowns::unknowns_at(const Stage& stage,
                                                        const RunPoint& point) const {
   std::vector<UnknownParameter> wanted;
   for (UnknownParameter one : scalars_) {
-    if (!has(stage.parameters, name_of(one))) continue;
-    one.start = point.scalar(name_of(one));
+    if (!has(stage.parameters, one.name())) continue;
+    one.start = point.scalar(one.name());
     wanted.push_back(std::move(one));
   }
   for (const Field& one : fields_)
-    if (has(stage.parameters, name_of(one.wanted))) wanted.push_back(one.wanted);
+    if (has(stage.parameters, one.wanted.name())) wanted.push_back(one.wanted);
   return wanted;
 }
 

@@ -11,16 +11,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ... import native
 from ..captures.prepared import Capture
 from ..captures.render import as_found, evaluator
+from ..fields import FieldUnknown, ImageUnknown
 from ..job import scene_at
 from ..plan import FitPlan
 from ..views import blurred
+
+if TYPE_CHECKING:
+    from ..._core import Scene
 
 #: The field's other brightness, as a factor; samples and rows of the pictures that compare the two.
 _FACTOR, _SPP, _ROWS = 0.9, 16, 64
@@ -82,8 +86,8 @@ def level_error(changes: Sequence[tuple[Change, float]], free: Sequence[bool]) -
 
 
 def change(
-    plan: FitPlan, result: dict[str, Any], capture: Capture, base: Any, dimmed: Any
-) -> Change:  # noqa: ANN401
+    plan: FitPlan, result: dict[str, Any], capture: Capture, base: Scene, dimmed: Scene
+) -> Change:
     """Renders the photo with both values of the field, by two sets of random numbers: products of
     pictures have no bias by their noise."""
     small = _small(as_found(capture, result))
@@ -119,9 +123,9 @@ def change_of(
     return Change(gain if free else 0.0, max(left, 0.0) / strength)
 
 
-def _dimmed(field: Any, values: np.ndarray) -> np.ndarray:  # noqa: ANN401 - a FieldUnknown
+def _dimmed(field: FieldUnknown, values: np.ndarray) -> np.ndarray:
     """The same, less bright by _FACTOR in linear light."""
-    if getattr(field, "texture", None) is not None and field.texture.encoded:
+    if isinstance(field, ImageUnknown) and field.texture.encoded:
         image = native.image()
         return image.srgb_encode(np.float32(_FACTOR) * image.srgb_decode(values))  # type: ignore[no-any-return]
     return np.ascontiguousarray(np.float32(_FACTOR) * values)

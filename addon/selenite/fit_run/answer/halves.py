@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from ..fields import EnvironmentUnknown, FieldUnknown, ImageUnknown
 from ..fields.images import seen
 from ..job import scene_at
 from ..plan import FitPlan
+
+if TYPE_CHECKING:
+    from ..._core import Scene
 
 #: Samples of the derivatives; photos and renders are asked by the same paths, so that most noise
 #: cancels. And the least light of a texel.
@@ -115,7 +118,7 @@ def _asked(
     plan: FitPlan,
     result: dict[str, Any],
     item: FieldUnknown,
-    scene: Any,  # noqa: ANN401 - a native Scene
+    scene: Scene,
     captures: Sequence[Capture],
 ) -> tuple[np.ndarray, np.ndarray]:
     """(h, w) twice: sums over the photos of what photo and render show of each texel."""

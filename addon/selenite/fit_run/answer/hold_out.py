@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from ..captures.prepared import Capture
 from ..captures.render import evaluator
 from ..pictures import comparison, sheet
 from ..settings import FitSettings
+
+if TYPE_CHECKING:
+    from ..._core import Scene
 
 #: In the folder of a fit that held photos out.
 SHEET = "hold_out.png"
@@ -76,7 +79,7 @@ class Compared:
 
 
 def compare(
-    scene: Any,  # noqa: ANN401 - a native Scene
+    scene: Scene,
     capture: Capture,
     settings: FitSettings,
     spp: int,
@@ -183,7 +186,7 @@ def write_sheet(rows: Iterable[Compared], path: Path) -> None:
 
 
 def compare_all(
-    scene: Any,  # noqa: ANN401 - a native Scene
+    scene: Scene,
     captures: Sequence[Capture],
     settings: FitSettings,
     spp: int,

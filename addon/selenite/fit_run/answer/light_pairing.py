@@ -10,20 +10,21 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ... import native
-from ..captures.light_states import AS_IN_SCENE, described, is_as_in_scene, key_of
+from ..captures.light_states import AS_IN_SCENE, LightState, described, is_as_in_scene, key_of
 from ..captures.prepared import Capture
 from ..captures.render import as_found, evaluator
 from ..job import scene_at
 from ..plan import FitPlan
 
-Lights = Mapping[str, Any]
+if TYPE_CHECKING:
+    from ..._core import Evaluator
 
 #: Pixels of a picture, samples of one, and by how much more the verdict has.
 _PIXELS, _SPP, _AGAIN = 32 * 32, 16, 4
@@ -50,7 +51,7 @@ class Mismatch:
     brightness. photo_of: another photo with these lights, "" for none."""
 
     capture: Capture
-    lights: Lights
+    lights: LightState
     photo_of: str
     own: float
     other: float
@@ -163,12 +164,14 @@ class _View:
     """A photo made small, and the scenes of which one is to explain it."""
 
     capture: Capture
-    scenes: Sequence[Any]  # native Evaluators
+    scenes: Sequence[Evaluator]
     free_gain: bool  # the fit would have found another one under other lights
     seed: int
 
     @staticmethod
-    def of(plan: FitPlan, scenes: Sequence[Any], capture: Capture, result: dict[str, Any]) -> _View:
+    def of(
+        plan: FitPlan, scenes: Sequence[Evaluator], capture: Capture, result: dict[str, Any]
+    ) -> _View:
         height, width = capture.reference.shape[:2]
         scale = min(1.0, math.sqrt(_PIXELS / (width * height)))
         size = max(1, round(width * scale)), max(1, round(height * scale))
@@ -176,13 +179,13 @@ class _View:
         free = capture.free_gain != "none"
         return _View(small, scenes, free, plan.request.settings.seed)
 
-    def error(self, lights: Lights, number: int, spp: int = _SPP) -> _Error:
+    def error(self, lights: LightState, number: int, spp: int = _SPP) -> _Error:
         """Under some lights, in the scene that explains the photo better. Errors of another
         `number` have other seeds."""
         errors = [self._error(scene, lights, number, spp) for scene in self.scenes]
         return min(errors, key=lambda error: error.mean)
 
-    def _error(self, scene: Any, lights: Lights, number: int, spp: int) -> _Error:  # noqa: ANN401
+    def _error(self, scene: Evaluator, lights: LightState, number: int, spp: int) -> _Error:
         """The two halves of a render have independent noise, so the product of their errors has
         none on average."""
         view = replace(self.capture, lights=lights).view()
@@ -229,7 +232,7 @@ def _blocks(picture: np.ndarray) -> np.ndarray:
 
 def _others(
     capture: Capture, captures: Sequence[Capture], lamps: Sequence[str]
-) -> Iterator[tuple[Lights, str]]:
+) -> Iterator[tuple[LightState, str]]:
     """(light state, a photo that has it or "") of those that it could be confused with."""
     known = {key_of(capture.lights)}
     for item in captures:

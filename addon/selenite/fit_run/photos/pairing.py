@@ -13,6 +13,7 @@ import numpy as np
 from ... import native
 from ...problems import Problem, listed
 from ..captures.prepared import Capture
+from ..views import blurred
 
 if TYPE_CHECKING:
     from ..._core import Scene
@@ -104,19 +105,7 @@ def _levelled(picture: np.ndarray) -> np.ndarray:
     """(h, w): the logarithm of brightness, less its mean around each pixel."""
     grey = np.asarray(picture, float).mean(axis=-1)
     logarithm = np.log(np.maximum(grey, 0.0) + _FLOOR * max(float(grey.mean()), 1e-9))
-    return _mean(logarithm, 1) - _mean(logarithm, _LEVEL)
-
-
-def _mean(picture: np.ndarray, reach: int) -> np.ndarray:
-    """Over a square of 2 reach + 1 pixels; the outermost repeat."""
-    size = 2 * reach + 1
-    for axis in (0, 1):
-        width = [(reach + 1, reach) if at == axis else (0, 0) for at in (0, 1)]
-        sums = np.cumsum(np.pad(picture, width, mode="edge"), axis=axis)
-        ends = np.take(sums, range(size, sums.shape[axis]), axis=axis)
-        begins = np.take(sums, range(sums.shape[axis] - size), axis=axis)
-        picture = (ends - begins) / size
-    return picture
+    return blurred(logarithm) - blurred(logarithm, _LEVEL)
 
 
 def _correlation(first: np.ndarray, second: np.ndarray, weight: np.ndarray) -> float:

@@ -22,17 +22,21 @@ from .view import VIEW
 _ROOM = 900
 
 
-class SELENITE_OT_show_pictures(bpy.types.Operator):
-    """Split the 3D View, and show photo and render beside it, with the plots below"""
-
-    bl_idname = "selenite.show_pictures"
-    bl_label = "Show Pictures"
+class _NeedsFit:
+    """Base of the operators that show a fit."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """A fit runs or has ended in this session, and there is a window."""
-        cls.poll_message_set("Run a fit first")
+        cls.poll_message_set("Run a fit first")  # type: ignore[attr-defined] # of Operator
         return RUN.plan is not None and context.window is not None
+
+
+class SELENITE_OT_show_pictures(_NeedsFit, bpy.types.Operator):
+    """Split the 3D View, and show photo and render beside it, with the plots below"""
+
+    bl_idname = "selenite.show_pictures"
+    bl_label = "Show Pictures"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """An Image Editor that is open already is used."""
@@ -102,17 +106,11 @@ class SELENITE_OT_hide_pictures(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class SELENITE_OT_compare_pictures(bpy.types.Operator):
+class SELENITE_OT_compare_pictures(_NeedsFit, bpy.types.Operator):
     """Show how far the fit is from the active photo, in the Image Editor"""
 
     bl_idname = "selenite.compare_pictures"
     bl_label = "Compare Pictures"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """As Show Pictures."""
-        cls.poll_message_set("Run a fit first")
-        return RUN.plan is not None and context.window is not None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Photo and render, and their difference."""

@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 
 from ... import native
-from ...fit_run.job import DESCENT, FitFailed
+from ...fit_run.job import DESCENT, FitFailed, Progress
 from ...fit_run.pictures import plots, sheet
 from ...fit_run.pictures.canvas import encoded
 from ...fit_run.pictures.comparison import (
@@ -355,7 +355,7 @@ def _choice() -> Choice:
     return Choice(shown.mode, shown.wipe, shown.scale)
 
 
-def _phase(progress: Any) -> str:  # noqa: ANN401 - a Progress
+def _phase(progress: Progress) -> str:
     if progress.phase != DESCENT:
         return str(progress.phase)
     return f"iteration {progress.iteration} of {progress.iterations}"
