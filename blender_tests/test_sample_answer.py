@@ -131,3 +131,10 @@ def test_another_file_begins_without_what_was_said_of_the_one_before(sample, tmp
     assert not state.PROBLEMS and not state.SHAPES and not state.CHECK.message
     drawn = draw(panels.SELENITE_PT_head)
     assert "light" not in drawn and "Done" not in drawn
+
+
+def test_another_job_keeps_the_sample_scene_closed_and_is_named(monkeypatch):
+    monkeypatch.setattr(state.SAVE, "job", object())
+    with pytest.raises(RuntimeError, match="A fit or a check is running"):
+        bpy.ops.selenite.open_sample()
+    assert "Pendant" not in bpy.data.objects

@@ -88,8 +88,11 @@ class SELENITE_OT_open_sample(bpy.types.Operator):
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
         """It is part of this package, and nothing runs."""
-        cls.poll_message_set("This package has no sample scene; in a checkout use ./dev demo")
-        return (scenes() / f"{NAME}.py").is_file() and is_idle()
+        if not (scenes() / f"{NAME}.py").is_file():
+            cls.poll_message_set("This package has no sample scene; in a checkout use ./dev demo")
+            return False
+        cls.poll_message_set("A fit or a check is running")
+        return is_idle()
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Asks first where the open file has changes."""
