@@ -32,6 +32,17 @@ if TYPE_CHECKING:
         FisherInformation = _core.FisherInformation
         Evaluator = _core.Evaluator
         StopReason = _core.StopReason
+        Progress = _core.Progress
+        ParameterConfidence = _core.ParameterConfidence
+        Misfit = _core.Misfit
+        WeakDirection = _core.WeakDirection
+        TrustReport = _core.TrustReport
+        FoundPhoto = _core.FoundPhoto
+        History = _core.History
+        FoundStage = _core.FoundStage
+        Search = _core.Search
+        ModelError = _core.ModelError
+        FitResult = _core.FitResult
         Stage = _core.Stage
         Fit = _core.Fit
         prepare = staticmethod(_core.prepare)

@@ -57,9 +57,9 @@ class Remark:
         """As one line of text."""
         return f"{self.name} is {self.value} (fit: {self.wanted}): {self.cost}"
 
-    def as_json(self) -> dict[str, object]:
-        """A dict of plain values."""
-        return asdict(self)
+    def as_json(self) -> RemarkRow:
+        """For the report of a check."""
+        return cast("RemarkRow", asdict(self))
 
 
 @dataclass(frozen=True)

@@ -110,12 +110,12 @@ class Recorder:
         self._begun = True
 
     def _update(self, job: FitJob) -> None:
-        done = job.done()
+        done = job.progress_or_failure()
         if not done.running:
             job.request_state()
         data = job.take_state()
         if data is not None:
-            self._write(data, {"iterations": done.iterations, "seconds": done.seconds})
+            self._write(data, {"iterations": done.iteration, "seconds": done.seconds})
         if done.running and time.monotonic() >= self._next_state:
             job.request_state()
 

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,8 +20,8 @@ from ..capture.prepared import Capture
 from ..fit.capture_render import as_found, evaluator
 from ..fit.fields import EnvironmentUnknown, FieldUnknown, ImageUnknown
 from ..fit.fields.images import seen
-from ..fit.job import scene_at
 from ..fit.plan import FitPlan
+from .finished_fit import FinishedFit
 
 if TYPE_CHECKING:
     from .._core import Scene
@@ -70,7 +70,7 @@ class Halves:
 
 def of_images(
     plan: FitPlan,
-    result: dict[str, Any],
+    result: FinishedFit,
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> dict[str, Halves]:
     """By the image's name; none of a single photo. Photos take turns, as lists run round a body."""
@@ -78,7 +78,7 @@ def of_images(
     images = [item for item in plan.fields if isinstance(item, kinds)]
     if not images or len(plan.captures) < 2:  # noqa: PLR2004 - two halves
         return {}
-    scene, found = scene_at(plan, result), {}
+    scene, found = result.scene(plan), {}
     for item in images:
         sums = []
         for half in range(2):
@@ -116,7 +116,7 @@ def halves(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarr
 
 def _asked(
     plan: FitPlan,
-    result: dict[str, Any],
+    result: FinishedFit,
     item: FieldUnknown,
     scene: Scene,
     captures: Sequence[Capture],
@@ -126,7 +126,7 @@ def _asked(
     settings = plan.request.settings
     asked = evaluator(scene, settings)
     for capture in captures:
-        found = as_found(capture, result)
+        found = as_found(capture, result.fit)
         render = asked.picture(found.view(), _SPP, seed=settings.seed + 1).image
         for sums, picture in zip(total, (capture.reference, render), strict=True):
             light = np.maximum(picture.mean(axis=2), 0) * capture.weight
