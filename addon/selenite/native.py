@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import importlib
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import TYPE_CHECKING, cast
 
 from . import __version__
 
@@ -90,12 +91,12 @@ class NativeUnavailable(RuntimeError):
 
 def core() -> Core:
     """Scene, renderer and fit (`_core`). Raises NativeUnavailable."""
-    return _load("_core")
+    return cast("Core", _load("_core"))
 
 
 def image() -> Image:
     """Reading and writing of pictures (`_image`). Raises NativeUnavailable."""
-    return _load("_image")
+    return cast("Image", _load("_image"))
 
 
 def why_unavailable() -> str:
@@ -109,7 +110,7 @@ def why_unavailable() -> str:
 
 
 @cache
-def _load(name: str) -> Any:  # a Core or an Image
+def _load(name: str) -> ModuleType:
     try:
         module = importlib.import_module(f".{name}", __package__)
     except ImportError as error:

@@ -8,7 +8,7 @@ a twentieth of the time of the main thread; renders are made in a thread of thei
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -38,6 +38,7 @@ from .thumbnails import THUMBNAILS
 
 if TYPE_CHECKING:
     from ..._core import Progress
+    from ...report.finished_fit import FinishedFit
 
 #: Seconds between two calls of the timer, between two pictures, between two pages of plots.
 TICK, PICTURE_EVERY, PLOTS_EVERY = 0.2, 0.5, 1.0
@@ -60,11 +61,11 @@ class LiveView:
         self.is_unwanted = False  # the user has closed the editors
         self._moments: Moments | None = None
         self._tiles: dict[str, dict[str, np.ndarray]] = {}
-        self._keys: dict[str, Any] = {}
+        self._keys: dict[str, object] = {}
         self._due: dict[str, float] = {}
         self._drawn: dict[str, float] = {}  # in the last tick: when that ended
         self._unfitted: dict[int, int] = {}  # editors to zoom: address -> ticks
-        self._forgotten: Any = None
+        self._forgotten: FinishedFit | None = None
 
     # -- called by operators, properties and handlers
 
@@ -311,7 +312,7 @@ class LiveView:
     def _is_due(self, name: str) -> bool:
         return time.monotonic() >= self._due.get(name, 0.0)
 
-    def _changed(self, name: str, key: Any) -> bool:  # noqa: ANN401 - anything that compares
+    def _changed(self, name: str, key: object) -> bool:
         if self._keys.get(name) == key and bpy.data.images.get(name) is not None:
             return False
         self._keys[name] = key
