@@ -55,7 +55,7 @@ def capture_view(
     if path.name != "run.json" and getattr(args, "result", None):
         fitted = absolute(args.result) / "run.json"
     try:
-        return _result_beside(fitted).as_found(found[0])
+        return _stored_with(fitted).as_found(found[0])
     except BadInput as error:
         problems += error.problems
         return None
@@ -66,7 +66,7 @@ def _captures_of(path: Path) -> tuple[CaptureRequest, ...]:
     return read_run(path).captures if path.name == "run.json" else read_captures_file(path)
 
 
-def _result_beside(path: Path) -> StoredResult:
+def _stored_with(path: Path) -> StoredResult:
     """What a fit beside its run.json has found. Raises BadInput."""
     if path.name != "run.json" or not path.with_name(RESULT).is_file():
         return StoredResult()

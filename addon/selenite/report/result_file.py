@@ -347,7 +347,7 @@ def _read(path: Path) -> StoredResult:
     """Raises ValueError."""
     content = read_json(path)
     if not isinstance(content, dict):
-        raise ValueError("it is no object")
+        raise ValueError("it holds no object")
     content = renamed(content)
     if not isinstance(content.get("parameters"), dict):
         raise ValueError("it has no 'parameters'")

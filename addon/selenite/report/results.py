@@ -55,7 +55,9 @@ def finished(
     if trust.cancelled(result.fit):
         return result
     result = gain_level.widened(plan, result, progress)
-    result = replace(result, halves=halves.of_images(plan, result, progress))
+    result = replace(
+        result, halves=halves.of_images(plan, result.fit, result.scene(plan), progress)
+    )
     if not plan.hold_out:
         return result
     settings = plan.request.settings
