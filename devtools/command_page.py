@@ -26,8 +26,10 @@ def commands() -> dict[str, argparse.ArgumentParser]:
     """Name -> parser."""
     from selenite import cli
 
-    actions = cli.build_parser()._actions
-    return dict(next(action.choices for action in actions if action.dest == "command"))  # type: ignore[arg-type]
+    for action in cli.build_parser()._actions:
+        if action.dest == "command":
+            return dict(action.choices or {})  # type: ignore[call-overload, no-any-return]
+    raise LookupError("the command line has no commands")
 
 
 def _values(action: argparse.Action) -> str:
@@ -68,15 +70,6 @@ def synopsis(name: str, parser: argparse.ArgumentParser) -> str:
     return " ".join(["selenite", name, *places, *needed, "[options]"])
 
 
-def _table(head: str, lines: list[tuple[str, ...]]) -> list[str]:
-    rule = "|" + "---|" * (head.count("|") - 1)
-    return [
-        head,
-        rule,
-        *("| " + " | ".join(map(generated_part.cell, line)) + " |" for line in lines),
-    ]
-
-
 def table() -> Iterator[str]:
     """Lines of Markdown: the options of several commands, then those of each."""
     own = {name: rows(parser) for name, parser in commands().items()}
@@ -86,12 +79,12 @@ def table() -> Iterator[str]:
             users.setdefault(row, []).append(name)
     shared = [(*row, ", ".join(names)) for row, names in users.items() if len(names) > 1]
     yield from ("", "### Options of several commands", "")
-    yield from _table("| option | value | meaning | of |", shared)
+    yield from generated_part.table(("option", "value", "meaning", "of"), shared)
     for name, parser in commands().items():
         alone = [row for row in own[name] if len(users[row]) == 1]
         yield from ("", f"### Options of {name}", "", f"`{synopsis(name, parser)}`")
         if alone:
-            yield from ("", *_table("| option | value | meaning |", alone))
+            yield from ("", *generated_part.table(("option", "value", "meaning"), alone))
     yield ""
 
 

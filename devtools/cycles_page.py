@@ -29,10 +29,12 @@ def table() -> Iterator[str]:
     from selenite.cycles_check import render_settings
 
     named = [setting for setting in render_settings.SETTINGS if setting.cost]
-    yield from ("", "| setting | for the fit | another value |", "|---|---|---|")
-    for setting in sorted(named, key=lambda item: item.remark):
-        wanted = _value(setting.value) + (" (not set)" if setting.remark else "")
-        yield f"| {setting.name} | {wanted} | {generated_part.cell(setting.cost)} |"
+    yield ""
+    rows = [
+        (setting.name, _value(setting.value) + " (not set)" * setting.remark, setting.cost)
+        for setting in sorted(named, key=lambda item: item.remark)
+    ]
+    yield from generated_part.table(("setting", "for the fit", "another value"), rows)
     yield ""
 
 

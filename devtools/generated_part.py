@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 
 END = "<!-- end of the table -->"
 
@@ -22,6 +22,13 @@ def removed(text: str) -> str:
     return re.sub(rf"<!-- table: .*?{re.escape(END)}", "", text, flags=re.DOTALL)
 
 
-def cell(text: str) -> str:
-    """A text on one line of a table."""
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
+    """A table: its head, its rule, and each row on one line."""
+    yield f"| {' | '.join(heads)} |"
+    yield "|" + "---|" * len(heads)
+    for row in rows:
+        yield f"| {' | '.join(map(_cell, row))} |"
+
+
+def _cell(text: str) -> str:
     return " ".join(text.split()).replace("|", "\\|").replace("<", "\\<")

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import bpy
+
 import generated_part
 
 ROOT = Path(__file__).resolve().parents[1]

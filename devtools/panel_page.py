@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
+
 import generated_part
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -43,25 +44,21 @@ def _buttons(classes: list[type]) -> list[tuple[str, str]]:
     ]
     # Blender takes the docstring for a tooltip when it registers the class.
     tooltips = [getattr(item, "bl_description", "") or item.__doc__ or "" for item in pressed]
-    return sorted({(item.bl_label, text) for item, text in zip(pressed, tooltips, strict=True)})
+    return sorted(
+        {(f"*{item.bl_label}*", text) for item, text in zip(pressed, tooltips, strict=True)}
+    )
 
 
 def _settings(item: type) -> list[tuple[str, str, str]]:
     """Label, choices and tooltip of each setting of a class."""
-    import interface_texts
+    import interface_texts  # type: ignore[import-not-found]  # of the tests in Blender
 
     found = []
     for _, words in interface_texts._properties(item):
         items = words.get("items", ())
         choices = "" if callable(items) else ", ".join(choice[1] for choice in items)
-        found.append((words["name"], choices, words.get("description", "")))
+        found.append((f"*{words['name']}*", choices, words.get("description", "")))
     return list(dict.fromkeys(found))
-
-
-def _lines(head: str, rows: list[tuple[str, ...]]) -> Iterator[str]:
-    yield from (head, "|" + "---|" * (head.count("|") - 1))
-    for name, *cells in rows:
-        yield "| " + " | ".join([f"*{name}*", *map(generated_part.cell, cells)]) + " |"
 
 
 def table() -> Iterator[str]:
@@ -70,13 +67,13 @@ def table() -> Iterator[str]:
 
     classes = interface_texts._classes()
     yield from ("", "### Buttons", "")
-    yield from _lines("| button | effect |", _buttons(classes))
+    yield from generated_part.table(("button", "effect"), _buttons(classes))
     order = list(SETTINGS)
     named = [item for item in classes if _settings(item)]
     named.sort(key=lambda item: order.index(item.__name__) if item.__name__ in order else 99)
     for item in named:
         yield from ("", f"### {SETTINGS.get(item.__name__) or 'Options of ' + item.bl_label}", "")
-        yield from _lines("| setting | choices | meaning |", _settings(item))
+        yield from generated_part.table(("setting", "choices", "meaning"), _settings(item))
     yield ""
 
 
