@@ -16,12 +16,17 @@ import generated_part  # noqa: E402
 
 GUIDE = sorted((ROOT / "docs" / "guide").glob("*.md"))
 README = ROOT / "README.md"
+METHOD = sorted((ROOT / "docs" / "method").glob("*.md"))
 CHANGELOG = ROOT / "CHANGELOG.md"
 MOST_WORDS = 15_000  # of the guide, without what scripts write
 #: Page that a script writes as a whole.
 GENERATED = "parameters.md"
 #: Pages -> words a sentence: on average over all of them, and at most.
-PROSE = {"guide": ([*GUIDE, README], 16.0, 30), "changelog": ([CHANGELOG], 20.0, 40)}
+PROSE = {
+    "guide": ([*GUIDE, README], 16.0, 30),
+    "method": (METHOD, 16.0, 35),  # formulas count
+    "changelog": ([CHANGELOG], 20.0, 40),
+}
 LONGEST_CHANGE = 25  # words of a line of the changelog
 SECTIONS = ("Added", "Changed", "Deprecated", "Removed", "Fixed", "Security")
 #: What the field says otherwise: never a heading, alone or among other words.
