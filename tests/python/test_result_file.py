@@ -148,6 +148,10 @@ def test_what_is_read_is_what_was_written() -> None:
         "Jade:roughness": (0.3,), "Jade:base_color": (0.15, 0.5, 0.35),
         "Jade:extinction": (2.5, 3.0, 0.0), IMAGE: (0.5, 0.25, 0.125),
     }  # fmt: skip
+    colour, roughness = (stored.parameters[f"Jade:{name}"] for name in ("base_color", "roughness"))
+    assert colour.interval_90 == ((0.1, 0.2), None, (0.3, 0.4)) and colour.determined is False
+    assert roughness.interval_90 == ((0.28, 0.32),) and roughness.initial == (0.5,)
+    assert stored.parameters[IMAGE].determined is None
     assert stored.parameters[IMAGE].files == ("Jade_base_color_texture.exr",)
     assert stored.model_error == ModelError(0.01, 0.02, 0.25)
     front = stored.as_found(photo("Front"))

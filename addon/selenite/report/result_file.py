@@ -301,9 +301,13 @@ def photo_row(capture: Capture, result: FinishedFit) -> PhotoRow:
 
 @dataclass(frozen=True)
 class StoredParameter:
-    """files: of a grid or an image, without a folder."""
+    """Tuples have an entry for each channel. initial: () where a file does not say it. interval_90:
+    None where there is none. files: of a grid or an image, without a folder."""
 
     value: Values
+    initial: Values = ()
+    interval_90: tuple[tuple[float, float] | None, ...] = ()
+    determined: bool | None = None
     files: tuple[str, ...] = ()
 
 
@@ -354,7 +358,7 @@ def _read(path: Path) -> StoredResult:
     parameters = {}
     for name, row in _rows(content, "parameters"):
         split_name(name)
-        parameters[name] = StoredParameter(_values(name, row.get("value")), _files(name, row))
+        parameters[name] = _parameter(name, row)
     captures = {name: _photo(name, row) for name, row in _rows(content, "captures")}
     return StoredResult(parameters, captures, _model_error(content))
 
@@ -376,11 +380,24 @@ def _numbers(value: object) -> list[float] | None:
     return found if len(found) == len(items) and found and np.isfinite(found).all() else None
 
 
-def _values(name: str, value: object) -> Values:
-    numbers = _numbers(value)
+def _parameter(name: str, row: Mapping[str, object]) -> StoredParameter:
+    value, initial, between = row.get("value"), row.get("initial"), row.get("interval_90")
+    numbers, determined = _numbers(value), row.get("determined")
     if numbers is None:
         raise ValueError(f"the value of '{name}' is {value!r}")
-    return tuple(numbers)
+    ends: list[object] = (
+        between if isinstance(value, list) and isinstance(between, list) else [between]
+    )
+    pairs = [_numbers(pair) if pair is not None else [] for pair in ends]
+    if any(pair is None or len(pair) not in (0, 2) for pair in pairs):
+        raise ValueError(f"the interval of '{name}' is {between!r}")
+    return StoredParameter(
+        tuple(numbers),
+        tuple(_numbers(initial) or ()),
+        tuple((pair[0], pair[1]) if pair else None for pair in pairs),
+        determined if isinstance(determined, bool) else None,
+        _files(name, row),
+    )
 
 
 def _files(name: str, row: Mapping[str, object]) -> tuple[str, ...]:
