@@ -28,6 +28,12 @@ class Problem:
         return {"object": self.object, "cause": self.cause, "cure": self.cure}
 
 
+def problems_in(report: Mapping[str, object]) -> list[Problem]:
+    """Those of the key "problems" of a report, see `Problem.as_json`."""
+    found = report.get("problems")
+    return [Problem(**item) for item in found] if isinstance(found, list) else []
+
+
 class BadInput(Exception):
     """Exit status 2. Carries every problem that was found, not only the first."""
 

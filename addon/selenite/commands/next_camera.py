@@ -25,13 +25,12 @@ from .scene import find_constant, open_scene, reading_of
 from .terminal import bar, say, say_saved, table
 
 if TYPE_CHECKING:
-    from ..json_text import JsonObject
     from ..scene_read.hosts import BpyStruct
 
 _SETTINGS = ("height", "seed", "depth", "threads", "physical_refraction")
 
 
-def run(args: argparse.Namespace) -> JsonObject:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Ranks the places and, with --save, puts a camera at the best one. SCENE may be a run.json or
     a result folder: then its fitted values count."""
     problems: list[Problem] = []
@@ -73,7 +72,7 @@ def run(args: argparse.Namespace) -> JsonObject:
             shown.update(step.fraction, note=step.text)
     content = report.as_json(found)
     table(*report.table_rows(found))
-    for line in content["advice"]:
+    for line in report.advice(found):
         say(line)
     if save is not None:
         try:

@@ -25,7 +25,7 @@ from ..scene_read.values import GridValues
 from . import compare
 
 if TYPE_CHECKING:
-    from .report import CheckReport
+    from .report import CheckReport, GridFile
 
 #: Relative bias of a photo, and RMSE, beyond noise, up to which Cycles agrees with a fit.
 BIAS_LIMIT, RMSE_LIMIT = 0.01, 0.05
@@ -73,14 +73,18 @@ class CheckJob(BlenderProcess):
 
     def _keep_grids(
         self, grids: Mapping[str, Mapping[str, GridValues]]
-    ) -> dict[str, dict[str, dict[str, object]]]:
+    ) -> dict[str, dict[str, GridFile]]:
         """Writes their numbers into the folder and returns the rest."""
-        kept: dict[str, dict[str, dict[str, object]]] = {}
+        kept: dict[str, dict[str, GridFile]] = {}
         for number, (name, uses) in enumerate(grids.items()):
             for use, grid in uses.items():
                 file = f"grid-{number}-{use}.npy"
                 grid_files.write_npy(self.folder / file, grid.values)
-                entry = {"name": grid.name, "file": file, "to_unit": grid.to_unit.tolist()}
+                entry: GridFile = {
+                    "name": grid.name,
+                    "file": file,
+                    "to_unit": grid.to_unit.tolist(),
+                }
                 kept.setdefault(name, {})[use] = entry
         return kept
 

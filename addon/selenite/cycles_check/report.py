@@ -1,9 +1,37 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a check in Cycles says: key `cycles` of result.json."""
+"""What a check in Cycles is asked, and what it says: key `cycles` of result.json."""
 
 from __future__ import annotations
 
 from typing import TypedDict
+
+
+class GridFile(TypedDict):
+    """A grid whose numbers are in a file of the process's folder."""
+
+    name: str
+    file: str
+    to_unit: list[list[float]]
+
+
+class Taken(TypedDict):
+    """What a fit has found of how a photo was taken."""
+
+    gain: list[float]
+    alignment: list[float]
+
+
+class CheckRequest(TypedDict):
+    """See `CheckJob`; scripts: whether those of the file run."""
+
+    scene: str
+    scripts: bool
+    run: dict[str, object]
+    values: dict[str, list[float]]
+    grids: dict[str, dict[str, GridFile]]
+    images: dict[str, str]
+    taken: dict[str, Taken]
+    environment: str
 
 
 class MisfitRow(TypedDict):

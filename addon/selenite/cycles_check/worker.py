@@ -17,9 +17,8 @@ if TYPE_CHECKING:
     from .._core import Scene
     from ..capture.prepared import Capture
     from ..fit.settings import FitSettings
-    from ..json_text import JsonObject
     from ..scene_read.values import CameraValues, GridValues
-    from .report import CheckedPhoto, CheckReport
+    from .report import CheckedPhoto, CheckReport, CheckRequest, GridFile
 
 #: Cycles renders that often, with that many seeds; their spread tells the noise.
 SEEDS = 4
@@ -27,7 +26,7 @@ SEEDS = 4
 LARGEST_ERROR = 0.2
 
 
-def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -> CheckReport:
+def run(folder: Path, request: CheckRequest, note: Callable[[float, str], None]) -> CheckReport:
     """Writes the pictures and the sheet into `folder` and returns the report; note: of progress."""
     import bpy
 
@@ -125,7 +124,7 @@ def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -
 
 
 def _grids(
-    folder: Path, entries: dict[str, dict[str, JsonObject]]
+    folder: Path, entries: dict[str, dict[str, GridFile]]
 ) -> dict[str, dict[str, GridValues]]:
     """The fitted grids, material -> use -> grid."""
     import numpy as np

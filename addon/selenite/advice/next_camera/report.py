@@ -5,16 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...capture.light_states import described, is_as_in_scene
 from .candidates import Candidate
 from .suggestion import Row, Suggestion
-
-if TYPE_CHECKING:
-    from ...json_text import JsonObject
 
 #: Name of the camera object that is made.
 NEW_CAMERA = "Next photo"
@@ -102,7 +98,7 @@ def table_rows(found: Suggestion) -> tuple[list[str], list[list[str]]]:
     return titles, rows
 
 
-def as_json(found: Suggestion) -> JsonObject:
+def as_json(found: Suggestion) -> dict[str, object]:
     """All of it; errors are lists by component for a colour and null where not determined."""
     first = found.plan.captures[0].camera
     places = []
