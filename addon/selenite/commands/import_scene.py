@@ -7,7 +7,7 @@ import argparse
 import json
 import math
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -214,5 +214,5 @@ def _usual(plan: ImportPlan, made: Created) -> list[str]:
     return list(found)
 
 
-def _lengths(size: Sequence[float]) -> str:
+def _lengths(size: Iterable[float]) -> str:
     return f"size {' x '.join(f'{value:.4g}' for value in size)} m"

@@ -14,15 +14,8 @@ class GridFile(TypedDict):
     to_unit: list[list[float]]
 
 
-class Taken(TypedDict):
-    """What a fit has found of how a photo was taken."""
-
-    gain: list[float]
-    alignment: list[float]
-
-
 class CheckRequest(TypedDict):
-    """See `CheckJob`; scripts: whether those of the file run."""
+    """See `CheckJob`. scripts: whether the file's run. taken: gain and alignment by photo."""
 
     scene: str
     scripts: bool
@@ -30,7 +23,7 @@ class CheckRequest(TypedDict):
     values: dict[str, list[float]]
     grids: dict[str, dict[str, GridFile]]
     images: dict[str, str]
-    taken: dict[str, Taken]
+    taken: dict[str, dict[str, list[float]]]
     environment: str
 
 

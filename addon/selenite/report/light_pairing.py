@@ -242,7 +242,7 @@ def _others(
     if own["lamps"] is None or len(own["lamps"]) != 1:
         return
     for lamp in dict.fromkeys(lamps):
-        alone = {**AS_IN_SCENE, "lamps": [lamp], "world": own["world"]}
+        alone: LightState = {**AS_IN_SCENE, "lamps": [lamp], "world": own["world"]}
         if key_of(alone) not in known:
             known.add(key_of(alone))
             yield alone, ""
