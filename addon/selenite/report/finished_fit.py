@@ -53,6 +53,6 @@ class FinishedFit:
         found = self.fit.captures.get(capture)
         return self.gain_intervals.get(capture, found.gain_interval_90 if found else None)
 
-    def mean(self, field: FieldUnknown) -> Values:
+    def mean(self, item: FieldUnknown) -> Values:
         """As in the history: of the texels as they were fitted, before they were finished."""
-        return self.fitted_means.get(field.name) or field.mean(self.fields[field.name])
+        return self.fitted_means.get(item.name) or item.mean(self.fields[item.name])

@@ -28,8 +28,8 @@ from ..json_text import read_json
 from ..parameters import Values, split_name
 from ..paths import file_stems
 from ..problems import BadInput, Problem
-from . import hold_out
 from .finished_fit import FinishedFit, Intervals
+from .hold_out import Comparison
 
 if TYPE_CHECKING:
     from .._core import FoundStage
@@ -156,7 +156,7 @@ class ResultFile:
     model: str
     pictures: Mapping[str, str]
     captures: Mapping[str, PhotoRow]
-    hold_out: hold_out.Comparison | None
+    hold_out: Comparison | None
     warnings: Sequence[str]
     stages: Sequence[StageRow] | None = None
     staging: str = ""
@@ -203,7 +203,7 @@ class ResultFile:
             model=plan.model,
             pictures=file_stems(item.id for item in plan.captures),
             captures={item.id: photo_row(item, result) for item in plan.captures},
-            hold_out=hold_out.Comparison(result.hold_out) if result.hold_out else None,
+            hold_out=Comparison(result.hold_out) if result.hold_out else None,
             warnings=[*plan.warnings, *result.notes],
             stages=None if fit.stages is None else [StageRow.of(stage) for stage in fit.stages],
             staging=plan.request.staging,
