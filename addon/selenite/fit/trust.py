@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from .. import native
-from ..parameters import join_name
+from ..parameters import join_name, plain
 from ..problems import listed
 from .diagnosis.gauge import ENVIRONMENT, gauges
 from .field_kinds import IN_PLACE_OF
@@ -92,7 +92,7 @@ def certainty(unknown: Unknown, fit: FitResult) -> Certainty:
 
 def _plain(values: Sequence[object]) -> object:
     """A value, or a list of them; None where there is none."""
-    return list(values) if len(values) > 1 else next(iter(values), None)
+    return plain(values) if values else None
 
 
 def misfit(fit: FitResult) -> Misfit | None:

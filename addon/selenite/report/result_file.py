@@ -25,7 +25,7 @@ from ..fit.old_names import renamed
 from ..fit.plan import FitPlan
 from ..fit.unknowns import Unknown
 from ..json_text import read_json
-from ..parameters import Values, split_name
+from ..parameters import Values, plain, split_name
 from ..paths import file_stems
 from ..problems import BadInput, Problem
 from .finished_fit import FinishedFit, Intervals
@@ -251,8 +251,8 @@ def _parameter_row(
         found = mean_free_path.of(value, plan.millimetres)
         about["mean_free_path"] = {"initial": start.value, **found.as_json()}
     return ParameterRow(
-        _number(unknown.start),
-        _number(value),
+        plain(unknown.start),
+        plain(value),
         unknown.minimum,
         unknown.maximum,
         trust.certainty(unknown, result.fit),
@@ -274,11 +274,6 @@ def _field_row(item: FieldUnknown, result: FinishedFit) -> ParameterRow:
         "1",
         about,
     )
-
-
-def _number(values: Values) -> float | list[float]:
-    """A number, or one for each channel."""
-    return values[0] if len(values) == 1 else list(values)
 
 
 def photo_row(capture: Capture, result: FinishedFit) -> PhotoRow:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...capture.light_states import described, is_as_in_scene
+from ...parameters import plain
 from .candidates import Candidate
 from .suggestion import Row, Suggestion
 
@@ -127,7 +128,7 @@ def as_json(found: Suggestion) -> dict[str, object]:
         "photos": [item.id for item in found.plan.captures],
         "parameters": {
             item.name: {
-                "value": _plain(item.start),
+                "value": plain(item.start),
                 "standard_error": _shown(found.errors[group], found.known[group]),
                 "determined": bool(found.known[group].all()),
                 "unit": item.parameter.unit,
@@ -162,9 +163,5 @@ def _errors(found: Suggestion, errors: np.ndarray, known: np.ndarray) -> list[st
     ]
 
 
-def _shown(errors: np.ndarray, known: np.ndarray) -> float | list[float | None] | None:
-    return _plain([float(e) if ok else None for e, ok in zip(errors, known, strict=True)])
-
-
-def _plain(values: Sequence[float | None]) -> float | list[float | None] | None:
-    return values[0] if len(values) == 1 else list(values)
+def _shown(errors: np.ndarray, known: np.ndarray) -> object:
+    return plain([float(e) if ok else None for e, ok in zip(errors, known, strict=True)])
