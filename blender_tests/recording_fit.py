@@ -29,7 +29,9 @@ def _name(unknown):
 
 class RecordingFit:
     """The interface of the native Fit. It "runs" for `polls` looks at its state, or until it is
-    cancelled where that is None."""
+    cancelled where that is None. `captures`: what every result says of photos."""
+
+    captures = {}
 
     def __init__(self, scene, photos, unknowns, settings, polls, shapes, stages=()):
         self.scene, self.photos, self.settings, self.stages = scene, photos, settings, stages
@@ -152,6 +154,7 @@ class RecordingFit:
             "seconds": 1.5,
             "cpu_seconds": 2.5,
             "dropped": 6,
+            "captures": self.captures,
             "report": {"parameters": report, "passes": 3, "misfit": misfit},
             "history": vars(self.history()),
             **({"stages": [self._about(stage) for stage in self.stages]} if self.stages else {}),

@@ -50,12 +50,8 @@ def aligned(tmp_path, capsys, monkeypatch):
     listed.write_text(json.dumps({"schema": 1, "captures": [captures]}))
     scene = made.save(tmp_path / "scene.blend")
     recorded = recording_fit.install(monkeypatch)
-    found = recording_fit.RecordingFit.result
-
-    def with_shift(self):
-        return found(self) | {"captures": {"Camera": {"residual_rms": 0.1, "shift": SHIFT}}}
-
-    monkeypatch.setattr(recording_fit.RecordingFit, "result", with_shift)
+    shifted = {"Camera": {"residual_rms": 0.1, "shift": SHIFT}}
+    monkeypatch.setattr(recording_fit.RecordingFit, "captures", shifted)
     status, report, printed = command(
         capsys, "fit", scene, f"--captures={listed}", "--fit=Body:roughness", "--height=24",
         "--picture-spp=4", f"--out={tmp_path / 'fits'}",

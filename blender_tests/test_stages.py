@@ -92,7 +92,7 @@ def test_run_json_repeats_the_stages_with_the_same_bytes(scene, tmp_path, capsys
     words = ("--fit=Body:base_color,ior", "--stages=ior-last", "--threads=1")
     status, first, _ = command(capsys, *scene, *words)
     assert status == 0, first
-    assert [stage["parameters"] for stage in first.stages] == [
+    assert [stage["parameters"] for stage in first["stages"]] == [
         ["Body:base_color"],
         ["Body:base_color", "Body:ior"],
     ]
