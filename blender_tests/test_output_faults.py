@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import made_scenes as made
@@ -20,7 +21,6 @@ from pressed_buttons import TIMER, Pressed
 
 from selenite import native
 from selenite.fit import checkpoint
-from selenite.fit.job import Done
 from selenite.report import results
 
 pytestmark = pytest.mark.blender
@@ -100,8 +100,8 @@ class Job:
     def __init__(self):
         self.asked = 0
 
-    def done(self):
-        return Done(True, 7, 1.5)
+    def progress_or_failure(self):
+        return SimpleNamespace(running=True, iteration=7, seconds=1.5)
 
     def request_state(self):
         self.asked += 1
