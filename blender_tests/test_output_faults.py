@@ -270,7 +270,7 @@ def test_a_saved_scene_and_a_check_that_fail_cost_no_values(words, tmp_path, cap
         raise BadInput(Problem(f"File '{path}'", "cannot be written (disk full)", "give another"))
 
     monkeypatch.setattr(write_back, "save_copy", refuse)
-    monkeypatch.setattr(blender_process, "_blender", lambda worker: [str(tmp_path / "gone")])
+    monkeypatch.setattr(blender_process, "blender_words", lambda worker: [str(tmp_path / "gone")])
     out, save = tmp_path / "fits", tmp_path / "fitted.blend"
     status, report, said = command(
         capsys, *words, f"--out={out}", f"--save={save}", "--check-in-cycles"
