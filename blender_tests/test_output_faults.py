@@ -379,7 +379,7 @@ def test_the_panel_keeps_the_result_and_tells_of_the_record(tmp_path, monkeypatc
         bpy.ops.selenite.stop()
         state.RUN.job.join()
         assert start._finish(bpy.context) == {"FINISHED"}
-    assert any("is not kept" in note for note in state.RUN.result["notes"])
+    assert any("is not kept" in note for note in state.RUN.result.notes)
     assert len(settings.results) == 1
     with monkeypatch.context() as patch:
         patch.setattr(results, "write_json", full)

@@ -83,7 +83,7 @@ class Capture:
     gain: Gain = (1.0, 1.0, 1.0)
     free_gain: str = "none"
     align: bool = False
-    lights: LightState = field(default_factory=lambda: dict(AS_IN_SCENE))
+    lights: LightState = field(default_factory=AS_IN_SCENE.copy)
     warnings: tuple[str, ...] = ()
     window: tuple[float, float, float, float] = WHOLE
     isolated: float = 0.0

@@ -25,7 +25,7 @@ from ..values import SceneValues
 from . import sheet, trees
 
 if TYPE_CHECKING:
-    from ...json_text import JsonObject
+    from .request import BakeReport, BakeRequest, MaterialRequest
 
 Note = Callable[[float, str], None]
 Key = tuple[str, str]  # name and library of a datablock
@@ -37,7 +37,7 @@ MARGIN = 8
 _EMPTY = np.float32(-1e30)
 
 
-def run(_folder: Path, request: JsonObject, note: Note) -> JsonObject:
+def run(_folder: Path, request: BakeRequest, note: Note) -> dict[str, object]:
     """Leaves a folder for each material in the request's folder."""
     note(0.0, "reading the scene")
     open_blend(str(_folder / "scene.blend"), scripts=request["scripts"])
@@ -101,11 +101,11 @@ def _key(block: bpy.types.ID) -> Key:
 
 def _material(
     scene: bpy.types.Scene,
-    one: JsonObject,
+    one: MaterialRequest,
     meshes: dict[Key, bpy.types.Mesh],
     folder: Path,
     step: Callable[[], None],
-) -> JsonObject:
+) -> BakeReport:
     """Writes maps and pictures of all objects; returns what is to be said."""
     material = bpy.data.materials[(one["datablock"], one["library"] or None)]
     size, tiles = one["size"], one["tiles"]
