@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import fields, replace
 from pathlib import Path
 
+from ..atomic_files import write_json
 from ..json_text import read_json
-from ..paths import MISSING, why_not_file
+from ..paths import MISSING, absolute, why_not_file
 from ..problems import BadInput, Problem, choice
 from .lamp_table import LampTable
 from .request import PACKED, CaptureRequest
@@ -46,13 +48,24 @@ def read_captures_file(path: Path) -> tuple[CaptureRequest, ...]:
             if not isinstance(item, dict):
                 raise ValueError(f"it is {item!r}, not an object")  # noqa: TRY301 - joins the others
             item = _with_table(item, path.parent, tables)
-            found.append(_from_here(CaptureRequest.from_json(item), path.parent))
+            capture = CaptureRequest.from_json(item)
+            found.append(_with_paths(capture, lambda name: str(path.parent / name)))
         except ValueError as error:
             cure = "correct it; docs/guide/captures.md lists the keys"
             problems.append(Problem(f"{title}, photo {number}", str(error), cure))
     if problems:
         raise BadInput(problems)
     return tuple(found)
+
+
+def write_captures_file(path: Path, captures: Iterable[CaptureRequest]) -> None:
+    """The inverse of `read_captures_file`, with whole paths. Raises OSError."""
+    rows = [_with_paths(item, _whole).as_json() for item in captures]
+    write_json(path, {"schema": SCHEMA, "captures": rows})
+
+
+def _whole(name: str) -> str:
+    return str(absolute(name))
 
 
 def _unknown(title: str, key: str) -> Problem:
@@ -78,11 +91,11 @@ def _with_table(
     return item | {"transforms": tables[name].of(identity, photo)}
 
 
-def _from_here(capture: CaptureRequest, folder: Path) -> CaptureRequest:
+def _with_paths(capture: CaptureRequest, whole: Callable[[str], str]) -> CaptureRequest:
+    """With each path as `whole` makes it."""
+
     def path(name: str) -> str:
-        if not name or name.startswith(PACKED):
-            return name
-        return str(folder / name)
+        return name if not name or name.startswith(PACKED) else whole(name)
 
     return replace(
         capture,

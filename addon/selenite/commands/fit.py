@@ -34,6 +34,7 @@ from . import arguments
 from .capture_arguments import captures_from, stored_captures
 from .environment_arguments import with_environment
 from .fit_results import FitReport, deliver
+from .fitted import models
 from .fitted.start_result import begin_at, checked, start_folder, starting_there
 from .grouping import grouped
 from .scene import open_scene, reading_of
@@ -51,8 +52,8 @@ _SETTINGS = tuple(field.name for field in fields(FitSettings))
 
 
 def run(args: argparse.Namespace) -> dict[str, object]:
-    """`fitted`, for --json."""
-    return fitted(args).as_json()
+    """What is found, for --json."""
+    return models.run(args, fitted) if args.model else fitted(args).as_json()
 
 
 def fitted(args: argparse.Namespace) -> FitReport:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from ... import native
 from ...atomic_files import write_json
@@ -30,7 +31,13 @@ REPORT, FOLDER = "compare.json", "compared"
 
 
 def run(args: argparse.Namespace) -> dict[str, object]:
-    """Renders each photo at the fitted values; writes a report and a contact sheet."""
+    """`compared`, for --json."""
+    found, out = compared(args)
+    return found.as_json() | {"folder": str(out)}
+
+
+def compared(args: argparse.Namespace) -> tuple[hold_out.Comparison, Path]:
+    """Renders photos at the fitted values; writes a report and a contact sheet into a folder."""
     problems: list[Problem] = []
     folder = absolute(args.result)
     out = arguments.output_folder(args.out or str(folder / FOLDER), problems)
@@ -77,7 +84,7 @@ def run(args: argparse.Namespace) -> dict[str, object]:
     hold_out.write_sheet(rows, out / SHEET)
     write_json(out / REPORT, found.as_json())
     say(f"wrote {out / REPORT} and {out / SHEET}")
-    return found.as_json() | {"folder": str(out)}
+    return found, out
 
 
 def _hold_out(captures: Sequence[CaptureRequest]) -> tuple[CaptureRequest, ...]:
