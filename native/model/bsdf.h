@@ -147,6 +147,9 @@ class PrincipledBsdf {
     }
   };
 
+  /// Whether the bent normal is on the viewer's side. Lobes of micronormals are black where it is not.
+  mask_t<S> faced() const { return wi_.z > S(0); }
+
   // What a lobe adds in lanes where it gives nothing, by its mask, is exactly 0: its factors there are
   // those of a direction that it does reach, or are selected away before they meet the others.
 
@@ -163,7 +166,7 @@ class PrincipledBsdf {
     // belongs to neither side, unless a lobe has drawn it: as in Cycles 4.5.
     const mask_t<S> below = dot(point_.ng, wo) < S(0);
     const mask_t<S> astray = below ^ (o.z < S(0));
-    const mask_t<S> sided = (o.z != S(0)) & (drawn.known | !astray);
+    const mask_t<S> sided = faced() & (o.z != S(0)) & (drawn.known | !astray);
     if (const mask_t<S> behind = sided & below; through_.spreads && active_.some(behind))
       add_refraction<kValue, kDensity>(o, drawn, behind, f, p);
     if (const mask_t<S> before = sided & !below; active_.some(before))

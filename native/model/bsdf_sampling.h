@@ -97,7 +97,7 @@ inline void PrincipledBsdf<T>::mirror_or_refract(const Choice& choice, const S& 
       }
   }
   const S cos_m = dot(wi_, m);
-  Mask exists = chosen & (cos_m > S(0));
+  Mask exists = chosen & faced() & (cos_m > S(0));
   if (!active_.some(exists)) return;
   if (!layers_.version1 && active_.some(exists & glass))
     refracted = glass & (choice.left >= layers_.pick[kGlass] * layers_.reflected_share(cos_m));
