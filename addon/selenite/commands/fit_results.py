@@ -11,23 +11,17 @@ from pathlib import Path
 from typing import Any
 
 from .. import native
-from ..fit_run.answer.light_pairing import with_warnings
-from ..fit_run.answer.results import (
-    finished,
-    of_photos,
-    result_json,
-    seconds_of_pictures,
-    write_results,
-)
-from ..fit_run.answer.table import TITLES, lines, sentences
-from ..fit_run.captures.render import as_found
-from ..fit_run.checkpoint import Recorder
-from ..fit_run.field_kinds import IN_PLACE_OF
-from ..fit_run.fields import EnvironmentUnknown, ImageUnknown, fitted_grids
-from ..fit_run.job import fitted_values
-from ..fit_run.plan import FitPlan
+from ..fit.capture_render import as_found
+from ..fit.checkpoint import Recorder
+from ..fit.field_kinds import IN_PLACE_OF
+from ..fit.fields import EnvironmentUnknown, ImageUnknown, fitted_grids
+from ..fit.job import fitted_values
+from ..fit.plan import FitPlan
 from ..parameters import Values, join_name
 from ..problems import BadInput
+from ..report.light_pairing import with_warnings
+from ..report.results import finished, of_photos, result_json, seconds_of_pictures, write_results
+from ..report.table import TITLES, lines, sentences
 from ..scene_read.values import SceneValues
 from .terminal import bar, say, say_saved, table
 

@@ -15,8 +15,8 @@ import numpy as np
 from .. import parameters
 from ..parameters import Parameter, Values
 from ..problems import Problem
-from .capture_request import CameraLens
 from .closedness import Closedness
+from .lens import CameraLens
 from .shaders import Shader
 from .texture_values import TextureValues
 

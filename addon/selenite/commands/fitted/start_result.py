@@ -9,12 +9,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...fit_run.answer.fitted_scene import RESULT, at_result, field_files
-from ...fit_run.field_kinds import KINDS
-from ...fit_run.request import UnknownRequest
+from ...fit.checkpoint import RESULT
+from ...fit.field_kinds import KINDS
+from ...fit.request import UnknownRequest
 from ...parameters import split_name
 from ...paths import absolute, is_folder
 from ...problems import BadInput, Problem
+from ...report.fitted_scene import at_result, field_files
 from ...scene_read.values import SceneValues
 from ..terminal import say
 

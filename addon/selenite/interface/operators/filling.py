@@ -6,9 +6,9 @@ from __future__ import annotations
 import bpy
 
 from ... import native
+from ...advice.information.job import BackgroundJob
 from ...cycles_check.render_settings import contents_of
-from ...fit_run.unknowns import USUAL
-from ...information.job import BackgroundJob
+from ...fit.unknowns import USUAL
 from ...problems import Problem
 from ...scene_read.scene import read_scene
 from ...scene_read.values import SceneValues

@@ -14,14 +14,14 @@ import bpy
 import numpy as np
 
 from ... import grid_files, write_back
-from ...fit_run.answer.results import field_text
-from ...fit_run.field_kinds import KINDS
-from ...fit_run.fields import FieldUnknown, GridUnknown
-from ...fit_run.fields.grids import DENSITY_RANGE, USUAL_SIZE
-from ...fit_run.fields.images import USUAL_TEXELS, image_unknown, seen
-from ...fit_run.request import UnknownRequest
-from ...fit_run.settings import FitSettings
+from ...fit.field_kinds import KINDS
+from ...fit.fields import FieldUnknown, GridUnknown
+from ...fit.fields.grids import DENSITY_RANGE, USUAL_SIZE
+from ...fit.fields.images import USUAL_TEXELS, image_unknown, seen
+from ...fit.request import UnknownRequest
+from ...fit.settings import FitSettings
 from ...problems import BadInput, Problem
+from ...report.results import field_text
 from ...scene_read.shading import volumes
 from ...scene_read.values import GridValues, MaterialValues, Owner, SceneValues
 from ...write_back import environments
