@@ -48,7 +48,7 @@ struct Layers : LayerWeights<T> {
       mirror_roughness_ = this->stretch_by(roughness, anisotropy);
       if (this->stretched) width2 = square(square(mirror_roughness_));
       filmed_ = value_of(film.thickness) > kThinnestFilm || has_slope(film.thickness);
-      film_ = {film.thickness, max(film.ior, T(S(1e-5)))};
+      if (filmed_) film_ = {film.thickness, max(film.ior, T(S(1e-5)))};
     }
     if (version1) {
       stack_version1(m, alpha, point.backfacing);
