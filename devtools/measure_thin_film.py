@@ -121,8 +121,8 @@ def amplitudes(cosine: Floats, index: Floats) -> tuple[tuple[Floats, Floats], Fl
 def series(thickness: Floats, below: float, film: float) -> tuple[Floats, Floats, Floats]:
     """The optical path, the reflectance without interference and the factor of each order."""
     t = np.clip(thickness / FADING, 0, 1)
-    index = 1 + (film - 1) * t * t * (3 - 2 * t)
-    top, cosine = amplitudes(np.ones_like(thickness), index)
+    index = 1.0 + (film - 1) * t * t * (3 - 2 * t)
+    top, cosine = amplitudes(np.ones(len(thickness)), index)
     bottom, _ = amplitudes(cosine, below / index)
     mean = np.zeros_like(thickness)
     orders = np.zeros((len(ORDERS), len(thickness)))
@@ -134,9 +134,7 @@ def series(thickness: Floats, below: float, film: float) -> tuple[Floats, Floats
     return 2 * index * thickness * cosine, mean, orders
 
 
-def modelled(
-    table: Floats, path: Floats, mean: Floats, orders: Floats
-) -> tuple[Floats, NDArray[np.float64]]:
+def modelled(table: Floats, path: Floats, mean: Floats, orders: Floats) -> tuple[Floats, Floats]:
     """(n,) reflectances of a channel by magnitude and phase, (2, NODES), and their derivatives."""
     found, slopes = mean.copy(), np.zeros((len(path), 2, NODES))
     rows = np.arange(len(path))
