@@ -4,9 +4,9 @@
     .venv/bin/python devtools/measure_thin_film.py [--check]
 
 Cycles renders films as Belcour and Barla 2017 (native/model/thin_film.h). It keeps the Fourier
-transform of the eye's sensitivity to a channel, over differences between optical paths, as magnitude
-and phase in 512 nodes with linear interpolation. A reflectance at normal incidence is a sum of three
-cosines of these, so many thicknesses of two films give the nodes by least squares.
+transform of the eye's sensitivity to a channel over differences between optical paths, as magnitude
+and phase in 512 nodes, read with linear interpolation. A reflectance at normal incidence is a sum
+of cosines of these, so many thicknesses of two films give the nodes by least squares.
 
 The set-up: a face for each thickness, black but for its reflection; an orthographic camera and a
 sun of angle 0, both above; 1 sample, box filter. A pixel is then a reflectance without noise.
