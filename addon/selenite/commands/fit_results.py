@@ -141,6 +141,9 @@ def _save(
     except BadInput as error:
         errors += [problem.line() for problem in error.problems]
         return
+    except KeyboardInterrupt as error:
+        errors.append(f"File '{save}': it is not saved ({_why(error)})")
+        return
     report["saved"] = str(save)
     say_saved(save, kept)
 
@@ -257,8 +260,8 @@ def _check(
             sheet = job.keep(found, folder)
         finally:
             job.close()
-    except (BadInput, ProcessFailed, OSError) as error:
-        errors.append(f"The check in Cycles failed: {error}")
+    except (BadInput, ProcessFailed, OSError, KeyboardInterrupt) as error:
+        errors.append(f"The check in Cycles failed: {_why(error)}")
         return
     report["cycles"] = found
     say(check.verdict(found))
