@@ -174,6 +174,9 @@ def _save(
     except BadInput as error:
         report.errors += [problem.line() for problem in error.problems]
         return
+    except KeyboardInterrupt as error:
+        report.errors.append(f"File '{save}': it is not saved ({_why(error)})")
+        return
     report.saved = save
     say_saved(save, kept)
 
@@ -289,8 +292,8 @@ def _check(
             sheet = job.keep(found, folder)
         finally:
             job.close()
-    except (BadInput, ProcessFailed, OSError) as error:
-        report.errors.append(f"The check in Cycles failed: {error}")
+    except (BadInput, ProcessFailed, OSError, KeyboardInterrupt) as error:
+        report.errors.append(f"The check in Cycles failed: {_why(error)}")
         return
     report.cycles = found
     say(check.verdict(found))

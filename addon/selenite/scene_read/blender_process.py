@@ -86,8 +86,13 @@ class BlenderProcess:
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                env={**os.environ, _BAKED_VARIABLE: str(baked_folder())},
+                env={**os.environ, **self._own_variables()},
             )
+
+    def _own_variables(self) -> dict[str, str]:
+        """What that Blender keeps for itself goes with the folder, however it ends."""
+        temporary = dict.fromkeys(("TMPDIR", "TMP", "TEMP"), str(self.folder))
+        return temporary | {_BAKED_VARIABLE: str(baked_folder())}
 
     def progress(self) -> ProcessProgress:
         """Cheap, at any time."""

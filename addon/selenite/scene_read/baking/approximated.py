@@ -12,6 +12,7 @@ from typing import TypedDict, cast
 
 import bpy
 
+from ...atomic_files import write_json
 from ...problems import Problem
 from ..blender_process import BlenderProcess, baked_folder
 from ..options import ReadingOptions
@@ -70,7 +71,7 @@ class ComparisonRun(ProcessRun):
             return None
         if self.report and self._kept is not None:
             self._kept.parent.mkdir(parents=True, exist_ok=True)
-            self._kept.write_text(json.dumps(self.report), encoding="utf-8")
+            write_json(self._kept, self.report)
         found = cast("Difference", self.report) if self.report else self._known()
         if found is not None:
             self._asked.read.warn(

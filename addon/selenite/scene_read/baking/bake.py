@@ -38,7 +38,8 @@ _EMPTY = np.float32(-1e30)
 
 
 def run(_folder: Path, request: BakeRequest, note: Note) -> dict[str, object]:
-    """Leaves a folder for each material in the request's folder."""
+    """Leaves a folder for each material in the request's folder. Who asked removes `partial`, which
+    is on the same disk and holds the one that is not whole."""
     note(0.0, "reading the scene")
     open_blend(str(_folder / "scene.blend"), scripts=request["scripts"])
     scene = bpy.data.scenes[request["scene"]]
@@ -57,8 +58,7 @@ def run(_folder: Path, request: BakeRequest, note: Note) -> dict[str, object]:
 
     for one in wanted:
         target = Path(request["folder"]) / one["key"]
-        partial = target.with_name(f"{target.name}.partial")
-        shutil.rmtree(partial, ignore_errors=True)
+        partial = Path(request["partial"]) / one["key"]
         partial.mkdir(parents=True)
         report = _material(scene, one, meshes, partial, step)
         (partial / "report.json").write_text(json.dumps(report), encoding="utf-8")

@@ -37,11 +37,12 @@ class MaterialRequest(TypedDict):
 
 
 class BakeRequest(TypedDict):
-    """folder: gets one for each material."""
+    """folder: gets one for each material; partial: where each is made first, on the same disk."""
 
     scene: str
     scripts: bool
     folder: str
+    partial: str
     materials: list[MaterialRequest]
 
 
