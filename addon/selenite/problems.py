@@ -3,10 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from . import _core, _image
+
+    NativeProblem = _core.Problem | _image.Problem | "Problem"
 
 
 @dataclass(frozen=True)
@@ -64,24 +70,20 @@ def meant(wrong: str, names: Iterable[str]) -> str:
     return f"did you mean '{written[near[0]]}'? " if near else ""
 
 
-def problems_of(error: Exception, title: str, cure: str) -> list[Problem]:
-    """What the native module refuses, a problem for each line of it, read as "object: cause; cure";
-    `title` and `cure` stand in for what a line does not say."""
-    text = str(error.args[0]) if error.args else type(error).__name__
-    found = []
-    for line in text.splitlines():
-        name, colon, rest = line.partition(": ")
-        if not colon or ";" in name:
-            name, rest = title, line
-        cause, _, own = rest.partition("; ")
-        found.append(Problem(name, cause, own or cure))
-    return found or [Problem(title, "it is refused", cure)]
-
-
 @contextmanager
 def refused(title: str, cure: str) -> Iterator[None]:
-    """What the native module refuses inside becomes BadInput; see `problems_of`."""
+    """What a native module refuses inside becomes BadInput; `title` and `cure` stand in for what it
+    does not say."""
     try:
         yield
     except (ValueError, KeyError) as error:
-        raise BadInput(problems_of(error, title, cure)) from error
+        raise BadInput(
+            Problem(said.object or title, said.cause, said.cure or cure)
+            for said in native_problems(error)
+        ) from error
+
+
+def native_problems(error: Exception) -> Sequence[NativeProblem]:
+    """What an error of a native module carries; of another error, its text."""
+    text = str(error.args[0]) if error.args else type(error).__name__
+    return getattr(error, "problems", None) or [Problem("", text, "")]

@@ -41,7 +41,7 @@ PhotoJacobian jacobian(const PhotoScene& self, const Photo& photo,
                        Progress* progress) {
   const Unknowns unknowns(self.scene, asked);
   const py::gil_scoped_release release;
-  photo.lights.check(self.scene, "Photo '" + photo.id + "': ");
+  photo.lights.check(self.scene, "Photo '" + photo.id + "'");
   return photo_jacobian(self.scene, unknowns, photo,
                         render_settings(photo, self.sampling(spp, seed)), progress);
 }
@@ -70,8 +70,8 @@ FieldShape image_of(const Scene& scene, const std::string& owner, const std::str
     const EnvironmentMap& image = scene.environment();
     return {EnvironmentRef{}, image.height(), image.width()};
   }
-  throw InvalidArgument("gradient: '" + parameter + "' is not an image; give " +
-                        std::string(kBaseColorTexture) + " or " + std::string(kEnvironment));
+  throw Refused("gradient", "'" + parameter + "' is not an image",
+                "give " + std::string(kBaseColorTexture) + " or " + std::string(kEnvironment));
 }
 
 /// A loss of what the photo shows, by what is rendered of it.
@@ -88,7 +88,7 @@ PixelLoss loss_of(const Photo& photo, bool squared) {
     };
   }
   if (photo.reference.empty())
-    throw InvalidArgument("gradient: photo '" + photo.id + "' has no pixels; give its reference");
+    throw Refused("gradient", "photo '" + photo.id + "' has no pixels", "give its reference");
   Picture reference = photo.reference;
   for (Colorf& pixel : reference) pixel = pixel / gain;
   return [error = squared_error(reference), square = gain * gain](std::size_t pixel,
@@ -105,7 +105,7 @@ std::pair<NamedFilm, py::array_t<double>> gradient(const PhotoScene& self, const
                                                    Progress* progress) {
   const FieldShape field = image_of(self.scene, owner, parameter);
   if (loss != "mean" && loss != "squared_error")
-    throw InvalidArgument("gradient: loss = '" + loss + "' is not mean or squared_error");
+    throw Refused("gradient", "loss = '" + loss + "' is not mean or squared_error");
   NamedFilm out;
   if (parameter == kBaseColorTexture)
     for (int c = 0; c < 3; ++c) {
@@ -115,7 +115,7 @@ std::pair<NamedFilm, py::array_t<double>> gradient(const PhotoScene& self, const
   auto texels = std::make_unique<std::vector<double>>();
   {
     const py::gil_scoped_release release;
-    photo.lights.check(self.scene, "Photo '" + photo.id + "': ");
+    photo.lights.check(self.scene, "Photo '" + photo.id + "'");
     FieldGradient found =
         render_field_gradient(photo.lights.applied_to(self.scene), photo.camera_in(self.scene),
                               {field.ref}, render_settings(photo, self.sampling(spp, seed)),

@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import native
 from ..capture.views import View
-from ..problems import BadInput, Failed, Problem, problems_of
+from ..problems import BadInput, Failed, Problem, refused
 from . import trust
 from .diagnosis.course import Limits, diagnose, still_falling
 from .plan import FitPlan
@@ -97,7 +97,7 @@ class FitJob:
         self._diagnosing: threading.Thread | None = None
         unknowns = [item.native() for item in plan.unknowns]
         unknowns += [item.native() for item in plan.fields]
-        try:
+        with refused("Fit", "change the settings or the bounds"):
             if plan.stages:
                 stages = [stage.native() for stage in plan.stages]
                 self._fit = native.core().Fit(unknowns, stages=stages)
@@ -106,9 +106,6 @@ class FitJob:
                 settings = plan.request.settings.native()
                 settings |= {} if refined else {"refinement": "off"}
                 self._fit = native.core().Fit(plan.scene, photos, unknowns, settings)
-        except (ValueError, KeyError) as error:
-            cure = "change the settings or the bounds"
-            raise BadInput(problems_of(error, "Fit", cure)) from error
         if state is not None:
             self._restore(state)
 

@@ -6,7 +6,7 @@
 
 #include "fit/solver/adam.h"
 #include "fit/solver/gauss_newton.h"
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
@@ -60,11 +60,10 @@ const OptimiserKind& choose_optimiser(std::string_view name, int unknowns, const
     names += ", " + std::string(kind.name);
     if (kind.name != name) continue;
     const std::string why = obstacle(kind, loss, spp, accumulate);
-    if (!why.empty()) throw InvalidArgument("optimiser = '" + std::string(name) + "' " + why);
+    if (!why.empty()) throw Refused("", "optimiser = '" + std::string(name) + "' " + why);
     return kind;
   }
-  throw InvalidArgument("optimiser = '" + std::string(name) + "' is unknown; choose one of " +
-                        names);
+  throw Refused("", "optimiser = '" + std::string(name) + "' is unknown", "choose one of " + names);
 }
 
 }  // namespace selenite
