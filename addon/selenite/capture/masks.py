@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..messages import thing
 from ..problems import Problem
 from .background import Background
 from .request import CaptureRequest
@@ -29,7 +30,7 @@ def background_of(request: CaptureRequest, problems: list[Problem]) -> Backgroun
     try:
         return Background.from_text(request.background)
     except ValueError as error:
-        title = f"Photo '{request.photo}'"
+        title = thing("Photo", request.photo)
         problems.append(Problem(f"{title}, background", str(error), _BORDER_CURE))
         return None
 
@@ -45,7 +46,7 @@ def within_silhouette(
     with a problem, where nothing is left. size: (width, height)."""
     if request.silhouette is None:
         return None
-    title = f"Photo '{request.photo}'"
+    title = thing("Photo", request.photo)
     try:
         seen = silhouettes.inside(request.camera, frame, size)
     except ValueError as error:
@@ -71,7 +72,7 @@ def masked(
 ) -> np.ndarray:
     """The weight (h, w) within all masks. of_files, silhouette: (h, w) bool, within alpha and mask
     files, and within `within_silhouette`."""
-    title = f"Photo '{request.photo}'"
+    title = thing("Photo", request.photo)
     inside = of_files
     background = background_of(request, problems)
     if background is not None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import native
 from ..capture.views import View
+from ..messages import thing
 from ..problems import BadInput, Failed, Problem, refused
 from . import trust
 from .diagnosis.course import Limits, diagnose, still_falling
@@ -114,7 +115,7 @@ class FitJob:
             self._fit.restore(state.data, state.seconds)
         except ValueError as error:
             cure = "delete its folder, and start the run anew with its run.json"
-            raise BadInput(Problem(f"File '{state.name}'", _text(error), cure)) from error
+            raise BadInput(Problem(thing("File", state.name), _text(error), cure)) from error
 
     def start(self) -> None:
         """Returns at once; the native thread works without the GIL."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import native
+from ..messages import joined, message
 from ..parameters import join_name
 from ..problems import listed
 from .diagnosis.gauge import ENVIRONMENT, gauges
@@ -25,6 +26,11 @@ _HIDDEN, _BELOW = 0.04, 3.0
 GOOD, CLOSE = 1.0, 5.0
 #: The loss that takes no notice of exposure, which is most of what it leaves unexplained.
 _OF_ANY_EXPOSURE = "brightness-independent-mse"
+#: Ends of the bounds, in a sentence.
+BOUNDS = {
+    "minimum": message("word.minimum", "minimum"),
+    "maximum": message("word.maximum", "maximum"),
+}
 #: What a parameter without a report says.
 UNKNOWN: dict[str, Any] = {
     "standard_error": None,
@@ -127,22 +133,44 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
         for (low, high), ok in zip(reported["interval_90"], reported["determined"], strict=True)
     ]
     if any(reported["determined"]):
-        lines += [f"{_confidence(result)}: {'; '.join(intervals)}", *_under_texels(unknown, result)]
+        lines.append(joined(": ", (_confidence(result), "; ".join(intervals))))
+    return lines + _doubts(unknown, reported, result)
+
+
+def reasons(unknown: Unknown, result: dict[str, Any]) -> list[str]:
+    """As `words`, without the interval itself."""
+    lines = _fitted_with_an_image(unknown, result)
+    reported = _reported(unknown, result)
+    return lines + (_doubts(unknown, reported, result) if reported else [])
+
+
+def _doubts(unknown: Unknown, reported: dict[str, Any], result: dict[str, Any]) -> list[str]:
+    """Why the interval does not say it all."""
+    lines = _under_texels(unknown, result) if any(reported["determined"]) else []
     if not all(reported["determined"]):
         lines.append(_undetermined(unknown, reported, _alternatives(unknown, result)))
     bounds = {side for side in reported["at_bound"] if side}
     for side in sorted(bounds):
         bound = unknown.minimum if side == "minimum" else unknown.maximum
         if side in unknown.range_ends:
-            lines.append(f"at its {side} {bound:g}, where its range ends")
+            lines.append(
+                message(
+                    "trust.at-where-range-ends",
+                    "at its {side} {bound}, where its range ends",
+                    side=BOUNDS[side],
+                    bound=f"{bound:g}",
+                )
+            )
         else:
-            lines.append(f"at its {side} {bound:g}: widen the bound, or something else is wrong")
+            lines.append(
+                message(
+                    "trust.at-widen-bound-something",
+                    "at its {side} {bound}: widen the bound, or something else is wrong",
+                    side=BOUNDS[side],
+                    bound=f"{bound:g}",
+                )
+            )
     return lines
-
-
-def reasons(unknown: Unknown, result: dict[str, Any]) -> list[str]:
-    """As `words`, without the interval itself."""
-    return [text for text in words(unknown, result) if not text.startswith(_confidence(result))]
 
 
 def level_of_gains(plan: FitPlan) -> str:
@@ -157,14 +185,25 @@ def _confidence(result: dict[str, Any]) -> str:
     errors that pixels of a part or of a photo share: not for those that all photos share."""
     left = misfit(result)
     if left is not None and left["hidden"]:
-        return "90 %, but noise of the renders hides whether the photos are explained"
+        return message(
+            "trust.but-noise-renders-hides",
+            "90 %, but noise of the renders hides whether the photos are explained",
+        )
     if left is None or left["explained"]:
         return "90 %"
     if fields := _fields(result):
-        return f"90 %, provided that the misfit is that of {fields}"
+        return message(
+            "trust.provided-misfit",
+            "90 %, provided that the misfit is that of {fields}",
+            fields=fields,
+        )
     share = unexplained_percent(result)
     text = f"{share:.1f}" if share < 10 else f"{share:.0f}"
-    return f"90 % by how photos and their parts differ, with {text} % unexplained"
+    return message(
+        "trust.how-photos-their-parts",
+        "90 % by how photos and their parts differ, with {text} % unexplained",
+        text=text,
+    )
 
 
 def _fitted_with_an_image(unknown: Unknown, result: dict[str, Any]) -> list[str]:
@@ -177,9 +216,12 @@ def _fitted_with_an_image(unknown: Unknown, result: dict[str, Any]) -> list[str]
     if not _PART_CLEAR[0] < value < _PART_CLEAR[1]:
         return []
     return [
-        "the image can compensate for it: a paler image on a partly transmitting body renders much "
-        "like a darker one on an opaque body. If yours is opaque, set it to 0, leave it out and "
-        "fit again"
+        message(
+            "trust.image-can-compensate-paler",
+            "the image can compensate for it: a paler image on a partly "
+            "transmitting body renders much like a darker one on an opaque body. If"
+            " yours is opaque, set it to 0, leave it out and fit again",
+        )
     ]
 
 
@@ -196,8 +238,14 @@ def _under_texels(unknown: Unknown, result: dict[str, Any]) -> list[str]:
         return []
     rows, columns = np.shape(result["fields_best"][ENVIRONMENT])[:2]
     return [
-        f"the interval takes the {rows * columns} texels of {ENVIRONMENT} for the light: fit "
-        "again with another number of them, and do not rely on a value that changes"
+        message(
+            "trust.interval-takes-texels-light",
+            "the interval takes the {rows} texels of {environment} for the light: "
+            "fit again with another number of them, and do not rely on a value that"
+            " changes",
+            rows=rows * columns,
+            environment=ENVIRONMENT,
+        )
     ]
 
 
@@ -215,51 +263,74 @@ def _text(values: Sequence[float]) -> str:
 def _undetermined(unknown: Unknown, reported: dict[str, Any], alternatives: list[str]) -> str:
     """Names what could compensate for it."""
     channels = [c for c, ok in zip("RGB", reported["determined"], strict=False) if not ok]
-    which = "" if len(reported["determined"]) == 1 else f" in {', '.join(channels)}"
+    which = f" in {', '.join(channels)}" if len(reported["determined"]) > 1 else ""
     others = {
         name.partition("[")[0]
         for name, ok in zip(reported["correlated_with"], reported["determined"], strict=True)
         if name and not ok
     } - {unknown.name}
-    text = f"not determined by these photos{which}"
+    text = message(
+        "trust.not-determined-photos", "not determined by these photos{which}", which=which
+    )
     if alternatives:
-        text += f": {' or '.join(alternatives)} in an equivalent alternative minimum"
+        why = message(
+            "trust.equivalent-alternative-minimum",
+            "{names} in an equivalent alternative minimum",
+            names=joined(message("trust.or", " or "), alternatives),
+        )
     elif others:
-        text += f": {' and '.join(sorted(others))} can compensate for it, so it has no interval"
+        why = message(
+            "trust.can-compensate-so-no",
+            "{names} can compensate for it, so it has no interval",
+            names=joined(message("trust.and", " and "), sorted(others)),
+        )
     else:
-        text += ": values far apart render alike, so it has no interval"
-    return text
+        why = message(
+            "trust.values-far-apart-render",
+            "values far apart render alike, so it has no interval",
+        )
+    return joined(": ", (text, why))
 
 
 def sentences(plan: FitPlan, result: dict[str, Any], *, intervals: bool = True) -> list[str]:
     """All of it, a line each. intervals: not where a table has them."""
     said = words if intervals else reasons
-    lines = [f"{item.name}: {text}" for item in plan.unknowns for text in said(item, result)]
-    if any("not determined" in line for line in lines):
+    lines: list[str] = [
+        joined(": ", (item.name, text)) for item in plan.unknowns for text in said(item, result)
+    ]
+    reports = [_reported(item, result) for item in plan.unknowns]
+    if not all(all(one["determined"]) for one in reports if one):
         lines.append(
-            "The most informative next photo: selenite next-camera RESULT_FOLDER, or Suggest Next "
-            "Camera in the panel"
+            message(
+                "trust.most-informative-next-photo",
+                "The most informative next photo: selenite next-camera RESULT_FOLDER, "
+                "or Suggest Next Camera in the panel",
+            )
         )
     lines += [gauge.text() for gauge in gauges(result)]
     left = misfit(result)
     if plan.fields and left is None:
         names = " and ".join(item.name for item in plan.fields)
         lines.append(
-            "The errors of these values are not known: few photos cannot separate them from "
-            f"{names}. Compare fits from other starts or to other photos"
+            message(
+                "trust.errors-values-not-known",
+                "The errors of these values are not known: few photos cannot separate "
+                "them from {names}. Compare fits from other starts or to other photos",
+                names=names,
+            )
         )
     for values in alternative_minima(result):
         all_of_it = "; ".join(f"{item.name} {_text(values[item.name])}" for item in plan.unknowns)
         lines.append(
-            f"Alternative minimum, equivalent within noise: {all_of_it}. Decide by eye, or take "
-            "another photo, more samples or larger pictures"
+            message(
+                "trust.alternative-minimum-equivalent-within",
+                "Alternative minimum, equivalent within noise: {all_of_it}. Decide by "
+                "eye, or take another photo, more samples or larger pictures",
+                all_of_it=all_of_it,
+            )
         )
     if result.get("kept_start"):
-        advice = "" if explained(result) else ". Check lights, cameras and masks"
-        lines.append(
-            "No values were found whose loss is below that of the start: these are the start's"
-            + advice
-        )
+        lines.append(_kept_start(result))
     if left is not None:
         lines.append(_misfit_text(left, unexplained_percent(result), _fields(result)))
     elif not plan.fields and (share := unexplained_percent(result)) > 0:
@@ -268,12 +339,27 @@ def sentences(plan: FitPlan, result: dict[str, Any], *, intervals: bool = True) 
     noisy = unconverged(plan)
     if noisy:
         lines.append(
-            f"Much light of {listed(noisy)} is in isolated bright pixels: values may be wrong by "
-            "more than their intervals say"
+            message(
+                "trust.much-light-isolated-bright",
+                "Much light of {names} is in isolated bright pixels: values may be "
+                "wrong by more than their intervals say",
+                names=listed(noisy),
+            )
         )
     if text := of_search(result):
         lines.append(text)
     return lines
+
+
+def _kept_start(result: dict[str, Any]) -> str:
+    text = message(
+        "trust.no-values-found-whose",
+        "No values were found whose loss is below that of the start: these are the start's",
+    )
+    if explained(result) or unexplained_percent(result) <= GOOD:
+        return text
+    cure = message("trust.check-lights-cameras-masks", "Check lights, cameras and masks")
+    return joined(". ", (text, cure))
 
 
 def of_search(result: dict[str, Any]) -> str:
@@ -282,16 +368,35 @@ def of_search(result: dict[str, Any]) -> str:
     points = found.get("points")
     if stopped_in_search(result):
         if not points:
-            return "Stopped before the first iteration: values are the start's"
-        which = "the best of them" if found["moved"] else "the start's: none is clearly better"
-        return (
-            f"Stopped in the multi-start after {points} starting points: the values are {which}, "
-            "not refined"
+            return message(
+                "trust.stopped-before-first-iteration",
+                "Stopped before the first iteration: values are the start's",
+            )
+        which = (
+            message("trust.best-them", "the best of them")
+            if found["moved"]
+            else message("trust.start-none-clearly-better", "the start's: none is clearly better")
+        )
+        return message(
+            "trust.stopped-multi-start-after",
+            "Stopped in the multi-start after {points} starting points: the values "
+            "are {which}, not refined",
+            points=points,
+            which=which,
         )
     if not points:
         return ""
-    went = "continued from another one" if found["moved"] else "kept the given one"
-    return f"Multi-start: evaluated {points} starting points and {went}"
+    went = (
+        message("trust.continued-from-another-one", "continued from another one")
+        if found["moved"]
+        else message("trust.kept-given-one", "kept the given one")
+    )
+    return message(
+        "trust.multi-start-evaluated-starting",
+        "Multi-start: evaluated {points} starting points and {went}",
+        points=points,
+        went=went,
+    )
 
 
 def stopped_in_search(result: dict[str, Any]) -> bool:
@@ -314,22 +419,44 @@ def unexplained_percent(result: dict[str, Any]) -> float:
 
 def _misfit_text(left: dict[str, Any], share: float, fields: str) -> str:
     if left["hidden"]:
-        return (
-            f"Misfit: not known ({left['value']:.3g} +- {left['standard_error']:.2g} of squared "
-            "brightness): few bright paths make most of the renders; take more samples, or larger "
-            "lamps"
+        return message(
+            "trust.misfit-not-known-squared",
+            "Misfit: not known ({value} +- {standard_error} of squared brightness):"
+            " few bright paths make most of the renders; take more samples, or "
+            "larger lamps",
+            value=f"{left['value']:.3g}",
+            standard_error=f"{left['standard_error']:.2g}",
         )
     if left["explained"]:
-        return "Misfit: the photos are explained within noise"
+        return message(
+            "trust.misfit-photos-explained-within", "Misfit: the photos are explained within noise"
+        )
     return _unexplained(share, fields)
 
 
 def _unexplained(share: float, fields: str = "") -> str:
-    text = f"Misfit: {share:.1f} % of the photos' brightness is not explained"
+    text = message(
+        "trust.misfit-photos-brightness-not",
+        "Misfit: {share} % of the photos' brightness is not explained",
+        share=f"{share:.1f}",
+    )
     if fields:
-        return f"{text}: {fields} has not converged, or there is another cause"
+        return message(
+            "trust.not-converged-there-another",
+            "{text}: {fields} has not converged, or there is another cause",
+            text=text,
+            fields=fields,
+        )
     if share <= GOOD:
-        return f"{text} by these parameters"
+        return message("trust.parameters", "{text} by these parameters", text=text)
     if share <= CLOSE:
-        return f"{text} by these parameters; compare the pictures"
-    return f"{text} by these parameters; check lights, camera and geometry"
+        return message(
+            "trust.parameters-compare-pictures",
+            "{text} by these parameters; compare the pictures",
+            text=text,
+        )
+    return message(
+        "trust.parameters-check-lights-camera",
+        "{text} by these parameters; check lights, camera and geometry",
+        text=text,
+    )

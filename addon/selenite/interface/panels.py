@@ -11,6 +11,7 @@ import bpy
 from ..capture.scene_captures import ids_of
 from ..cycles_check.render_settings import Contents, remarks
 from ..fit.job import DESCENT
+from ..messages import message
 from . import state
 from .captures import lights as capture_lights
 from .captures import photo as capture_photo
@@ -76,7 +77,16 @@ class SELENITE_PT_captures(bpy.types.Panel):
         settings, layout = context.scene.selenite, self.layout
         missing = state.why_native_is_missing()
         if missing:
-            paragraph(layout, context, f"Selenite cannot work: {missing}", "ERROR")
+            paragraph(
+                layout,
+                context,
+                message(
+                    "panels.selenite-cannot-work",
+                    "Selenite cannot work: {missing}",
+                    missing=missing,
+                ),
+                "ERROR",
+            )
             return
         row = layout.row()
         row.template_list(

@@ -14,6 +14,7 @@ from ..fit.diagnosis.course import still_falling
 from ..fit.job import fitted_values
 from ..fit.plan import FitPlan
 from ..fit.unknowns import Unknown
+from ..messages import message
 from ..parameters import Values
 
 SURE, WEAK, OPEN, UNKNOWN = "SURE", "WEAK", "OPEN", "UNKNOWN"
@@ -68,8 +69,7 @@ def findings(plan: FitPlan, result: dict[str, Any]) -> list[Finding]:
 def in_short(plan: FitPlan, result: dict[str, Any]) -> InShort:
     """Whether the photos are explained, which values are open, and the next thing to do."""
     icon, text = _verdict(plan, findings(plan, result), result)
-    kept = bool(result.get("kept_start")) and not trust.explained(result)
-    return InShort(text, icon, kept or _is_wrong(plan, result))
+    return InShort(text, icon, _kept(result) or _is_wrong(plan, result))
 
 
 def left_open(result: dict[str, Any]) -> float:
@@ -81,6 +81,12 @@ def left_open(result: dict[str, Any]) -> float:
     return 0.0 if left["explained"] else trust.unexplained_percent(result)
 
 
+def _kept(result: dict[str, Any]) -> bool:
+    """Whether the start is the answer although it does not match the photos."""
+    unmatched = not trust.explained(result) and trust.unexplained_percent(result) > trust.GOOD
+    return bool(result.get("kept_start")) and unmatched
+
+
 def _is_wrong(plan: FitPlan, result: dict[str, Any]) -> bool:
     share = left_open(result)
     return trust.CLOSE < share < math.inf and not plan.fields
@@ -89,72 +95,135 @@ def _is_wrong(plan: FitPlan, result: dict[str, Any]) -> bool:
 def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) -> tuple[str, str]:
     """(icon, sentence)"""
     fields = bool(plan.fields)
-    if result.get("kept_start") and not trust.explained(result):  # else the start was right
+    if _kept(result):
         return OPEN, (
-            "Nothing better than the start was found: check lights, cameras and masks, then fit "
-            "again."
+            message(
+                "findings.nothing-better-than-start",
+                "Nothing better than the start was found: check lights, cameras and "
+                "masks, then fit again.",
+            )
         )
     if still_falling(result):
         return WEAK, (
-            "The loss was still falling when the iterations ended: fit again with more iterations."
+            message(
+                "findings.loss-still-falling-when",
+                "The loss was still falling when the iterations ended: fit again with "
+                "more iterations.",
+            )
         )
     left = trust.misfit(result)
     if left is None:
         if result.get("stopped") == native.core().StopReason.CANCELLED and not fields:
             return UNKNOWN, (
-                "Stopped before intervals were computed: let a fit end to know how sure the "
-                "values are."
+                message(
+                    "findings.stopped-before-intervals-computed",
+                    "Stopped before intervals were computed: let a fit end to know how sure"
+                    " the values are.",
+                )
             )
-        why = "with a grid or image" if fields else "by this kind of fit"
+        why = (
+            message("findings.grid-image", "with a grid or image")
+            if fields
+            else message("findings.kind-fit", "by this kind of fit")
+        )
         return UNKNOWN, (
-            f"How sure the values are is not known {why}: compare the pictures, or fit from "
-            "another start."
+            message(
+                "findings.how-sure-values-not",
+                "How sure the values are is not known {why}: compare the pictures, or "
+                "fit from another start.",
+                why=why,
+            )
         )
     if left["hidden"]:
         return WEAK, (
-            "Noise of the renders hides whether the photos are explained: fit again with more "
-            "samples."
+            message(
+                "findings.noise-renders-hides-whether",
+                "Noise of the renders hides whether the photos are explained: fit again"
+                " with more samples.",
+            )
         )
     if trust.unconverged(plan):
         return WEAK, (
-            "Isolated bright pixels have much of the photos' light: values may be wrong by more "
-            "than their intervals say. Render the photos with more samples and fit again."
+            message(
+                "findings.isolated-bright-pixels-much",
+                "Isolated bright pixels have much of the photos' light: values may be "
+                "wrong by more than their intervals say. Render the photos with more "
+                "samples and fit again.",
+            )
         )
     share = left_open(result)
     if _is_wrong(plan, result):
         return OPEN, (
-            f"Wrong camera or light? {share:.0f} % of the photos' brightness is not explained: "
-            "compare the pictures before you apply the values."
+            message(
+                "findings.wrong-camera-light-photos",
+                "Wrong camera or light? {share} % of the photos' brightness is not "
+                "explained: compare the pictures before you apply the values.",
+                share=f"{share:.0f}",
+            )
         )
     if trust.alternative_minima(result):
         return OPEN, (
-            "Other values explain the photos equally well: decide by eye, or add a photo "
-            "(Suggest Next Camera)."
+            message(
+                "findings.other-values-explain-photos",
+                "Other values explain the photos equally well: decide by eye, or add a "
+                "photo (Suggest Next Camera).",
+            )
         )
     undecided = [item for item in found if item.sureness == OPEN]
     if undecided:
-        count = f"{len(undecided)} of {len(found)} values are" if len(found) > 1 else "the value is"
+        count = (
+            message(
+                "findings.values",
+                "{count} of {count2} values are",
+                count=len(undecided),
+                count2=len(found),
+            )
+            if len(found) > 1
+            else message("findings.value", "the value is")
+        )
         return OPEN, (
-            f"{_match(share)}, but {count} not determined by the photos: add a photo (Suggest Next "
-            "Camera)."
+            message(
+                "findings.but-not-determined-photos",
+                "{match}, but {count} not determined by the photos: add a photo "
+                "(Suggest Next Camera).",
+                match=_match(share),
+                count=count,
+            )
         )
     if share > trust.GOOD:
         return WEAK, (
-            f"{_match(share)}: {share:.1f} % of the photos' brightness is not explained. See the "
-            "pictures, then apply the values."
+            message(
+                "findings.photos-brightness-not-explained-2",
+                "{match}: {share} % of the photos' brightness is not explained. See the"
+                " pictures, then apply the values.",
+                match=_match(share),
+                share=f"{share:.1f}",
+            )
         )
     if any(item.sureness == WEAK for item in found):
         return WEAK, (
-            f"{_match(share)}; some values are known roughly only: apply them, or add a photo."
+            message(
+                "findings.some-values-known-roughly",
+                "{match}; some values are known roughly only: apply them, or add a photo.",
+                match=_match(share),
+            )
         )
-    why = "the photos are explained within noise"
+    why = message("findings.photos-explained-within-noise", "the photos are explained within noise")
     if share > 0:
-        why = f"{share:.1f} % of the photos' brightness is not explained"
-    return SURE, f"{_match(share)}: {why}. Apply the values."
+        why = message(
+            "findings.photos-brightness-not-explained",
+            "{share} % of the photos' brightness is not explained",
+            share=f"{share:.1f}",
+        )
+    return SURE, message(
+        "findings.apply-values", "{match}: {why}. Apply the values.", match=_match(share), why=why
+    )
 
 
 def _match(share: float) -> str:
-    return "Good match" if share <= trust.GOOD else "Close"
+    if share <= trust.GOOD:
+        return message("findings.good-match", "Good match")
+    return message("findings.close", "Close")
 
 
 def _finding(unknown: Unknown, value: Values, result: dict[str, Any], *, trusted: bool) -> Finding:

@@ -13,6 +13,7 @@ from ..fit.request import UnknownRequest
 from ..fit.settings import FitSettings
 from ..fit.unknowns import choose
 from ..json_text import read_json
+from ..messages import thing
 from ..parameters import Values, join_name, split_name
 from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
@@ -65,7 +66,7 @@ def _rows(path: Path) -> dict[str, dict[str, Any]]:
             row["value"]
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         cause = f"cannot be read ({error})"
-        raise BadInput(Problem(f"File '{path}'", cause, _CURE)) from error
+        raise BadInput(Problem(thing("File", path), cause, _CURE)) from error
     return dict(rows)
 
 
@@ -76,7 +77,7 @@ def _file_of(row: dict[str, Any], folder: Path) -> str:
         name = Path(files[0]).name
         if name == files[0]:
             return name
-    raise BadInput(Problem(f"File '{folder / RESULT}'", f"its files are {files!r}", _CURE))
+    raise BadInput(Problem(thing("File", folder / RESULT), f"its files are {files!r}", _CURE))
 
 
 def _numbers(value: object, folder: Path) -> Values:
@@ -84,4 +85,4 @@ def _numbers(value: object, folder: Path) -> Values:
     items: list[Any] = value if isinstance(value, list) else [value]
     if items and all(type(item) in (int, float) for item in items):
         return tuple(float(item) for item in items)
-    raise BadInput(Problem(f"File '{folder / RESULT}'", f"a value is {value!r}", _CURE))
+    raise BadInput(Problem(thing("File", folder / RESULT), f"a value is {value!r}", _CURE))

@@ -15,6 +15,7 @@ from ..capture.prepared import Capture
 from ..capture.request import CaptureRequest
 from ..fit.capture_render import evaluator
 from ..fit.settings import FitSettings
+from ..messages import message
 from .pictures import comparison, sheet
 
 if TYPE_CHECKING:
@@ -138,7 +139,11 @@ def percent(found: Mapping[str, Any]) -> str:
     """An error of a report in words."""
     error = found["relative_error"]
     if error is None:
-        return f"at most {100 * found['at_most']:.2g} %, hidden by noise"
+        return message(
+            "hold_out.at-most-hidden-noise",
+            "at most {found} %, hidden by noise",
+            found=f"{100 * found['at_most']:.2g}",
+        )
     return f"{100 * error:.3g} %"
 
 
@@ -147,7 +152,15 @@ def sentences(rows: Sequence[Compared]) -> list[str]:
     found = report(rows)
     count = f"{len(rows)} photos" if len(rows) > 1 else "1 photo"
     own = percent(found["with_own_gain"])
-    return [f"Held out: {count}, off by {percent(found)}, with a gain of their own by {own}"]
+    return [
+        message(
+            "hold_out.held-out-off-gain",
+            "Held out: {count}, off by {percent}, with a gain of their own by {own}",
+            count=count,
+            percent=percent(found),
+            own=own,
+        )
+    ]
 
 
 def fitted_among(captures: Sequence[Capture], asked: Sequence[CaptureRequest]) -> list[str]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from ..messages import thing
 from ..problems import Problem
 from .camera_lens import lens_of
 from .values import CameraValues, SceneValues
@@ -86,11 +87,11 @@ def read_cameras(
         read.cameras.append(read_camera(evaluated, name, scene))
     if not found:
         cure = "add a camera that stands where the photo was taken"
-        read.camera_problems.append(Problem(f"Scene '{scene.name}'", "it has no camera", cure))
+        read.camera_problems.append(Problem(thing("Scene", scene.name), "it has no camera", cure))
     elif not read.cameras:
         cure = "make it perspective or orthographic"
         read.camera_problems.extend(
-            Problem(f"Camera '{name}'", reason, cure)
+            Problem(thing("Camera", name), reason, cure)
             for name, reason in read.unusable_cameras.items()
         )
     read.problems.extend(read.camera_problems)

@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from .. import parameters
+from ..messages import thing
 from ..problems import Problem
 from . import camera as cameras
 from . import hosts, linking, properties, view_layers, visibility, volume_objects, working_space
@@ -63,7 +64,7 @@ def reading(
     if min(width, height) < 1:
         cause = f"a render has {width} x {height} pixels"
         cure = "raise the resolution or its percentage"
-        read.problems.append(Problem(f"Scene '{scene.name}'", cause, cure))
+        read.problems.append(Problem(thing("Scene", scene.name), cause, cure))
     read.problems += working_space.problems(scene)
     found = cameras.named_cameras(scene)
     layer = view_layer_of(scene)
@@ -144,7 +145,7 @@ def _read(
     if not read.objects:
         cure = "add an object or make one visible for rendering"
         read.problems.append(
-            Problem(f"Scene '{scene.name}'", "nothing with faces is rendered", cure)
+            Problem(thing("Scene", scene.name), "nothing with faces is rendered", cure)
         )
     rendered_world = view_layers.world_of(scene, layer)
     world_values, owner, problems, warnings = world.read_world(rendered_world, background)
@@ -184,7 +185,7 @@ def _read_object(
     """False where there are no faces, and should be some."""
     evaluated = instance.object
     key = evaluated.data.as_pointer()
-    title = f"Object '{instance.original.name}'"
+    title = thing("Object", instance.original.name)
     if key not in meshes:
         values = mesh.read_mesh(evaluated, check, read)
         meshes[key] = None if values is None else len(read.meshes)
@@ -273,7 +274,7 @@ def _read_volume(
 ) -> None:
     """A Volume object: a box of its own, and a material of its own, since grids have a place."""
     item = instance.original
-    title = f"Object '{item.name}'"
+    title = thing("Object", item.name)
     slot = layer.material_override or next(
         (slot.material for slot in instance.object.material_slots if slot.material), None
     )

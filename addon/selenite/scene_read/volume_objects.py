@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
+from ..messages import thing
 from ..parameters import Values
 from . import openvdb_files
 from .geometry.mesh import Instance
@@ -46,7 +47,7 @@ class VolumeRead:
 
 def read(instance: Instance, material: bpy.types.Material, name: str) -> VolumeRead:
     """`material` is the original one, `name` what it is called. Raises Unreadable."""
-    title = f"Object '{instance.original.name}'"
+    title = thing("Object", instance.original.name)
     found = materials.read_material(material, name, TextureRoom())
     node = _principled(material, title)
     if found.problems:
@@ -114,7 +115,7 @@ def write(
     """Gives a Volume object an OpenVDB file at `path` with grids in world space (use -> grid), and
     for an albedo its Principled Volume the name of that grid and white. Other grids of its file
     stay. Returns what stood there before, for `put_back`. Raises Unreadable."""
-    title = f"Object '{item.name}'"
+    title = thing("Object", item.name)
     if item.modifiers:
         cause = "its grids come from its modifiers, so a fitted one cannot be shown by it"
         raise Unreadable(title, cause, "give it an OpenVDB file and remove its modifiers")
@@ -149,7 +150,7 @@ def write(
 
 def put_back(item: bpy.types.Object, material: bpy.types.Material, before: JsonObject) -> None:
     """What `write` returned. Raises Unreadable."""
-    node = _principled(material, f"Object '{item.name}'")
+    node = _principled(material, thing("Object", item.name))
     _data(item).filepath = before["filepath"]
     for name in ("Color Attribute", *_COLOURS):
         node.inputs[name].default_value = before[name]

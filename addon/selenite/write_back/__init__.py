@@ -12,6 +12,7 @@ from typing import TypeVar
 import bpy
 
 from .. import parameters
+from ..messages import thing
 from ..parameters import Parameter, Values
 from ..paths import is_there
 from ..problems import BadInput, Problem
@@ -48,7 +49,7 @@ def write(
     problems: list[Problem] = []
     targets: list[tuple[Key, _Target, Values]] = []
     for (owner_name, name), value in values.items():
-        title = f"Parameter '{parameters.join_name(owner_name, name)}'"
+        title = thing("Parameter", parameters.join_name(owner_name, name))
         owner = owners.get(owner_name)
         parameter = owner.find(name) if owner is not None else None
         if owner is None or parameter is None:

@@ -16,6 +16,7 @@ import bpy
 import numpy as np
 
 from .. import parameters
+from ..messages import thing
 from ..paths import file_stems
 from ..problems import BadInput, Problem
 from ..scene_read import hosts, openvdb_files, volume_objects
@@ -53,7 +54,7 @@ def show(
 
     Raises BadInput, and then the scene is as before.
     """
-    title = f"Material '{name}'"
+    title = thing("Material", name)
     material = datablock(bpy.data.materials, values.owners[name])
     if material is None:
         raise BadInput(Problem(title, "it is gone", "undo its removal"))
@@ -122,7 +123,7 @@ def _new_volume(
     path: str,
 ) -> bpy.types.Object:
     """A Volume object with the medium of the meshes that have the material."""
-    title = f"Material '{name}'"
+    title = thing("Material", name)
     output = material.node_tree.get_output_node("CYCLES") if material.node_tree else None
     if output is None:
         raise Unreadable(title, "it has no Material Output for Cycles", "add one")

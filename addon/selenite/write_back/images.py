@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, cast
 import bpy
 
 from .. import parameters
+from ..messages import thing
 from ..problems import BadInput, Problem
 from ..scene_read import hosts
 from ..scene_read.shading import materials, nodes
@@ -61,7 +62,7 @@ def show(values: SceneValues, name: str, path: str) -> str:
     and whatever else stands there makes room for a new one. Raises BadInput, and then nothing has
     changed.
     """
-    title = f"Material '{name}'"
+    title = thing("Material", name)
     owner = values.owners.get(name)
     material = datablock(bpy.data.materials, owner) if owner is not None else None
     if material is None:
@@ -186,7 +187,7 @@ def _refusal(title: str, reason: str) -> BadInput:
 
 def _load(path: str) -> bpy.types.Image:
     """The file as an image of Blender's, as it is on disk now, without alpha. Raises BadInput."""
-    title = f"Image '{path}'"
+    title = thing("Image", path)
     suffix = Path(path).suffix.lower()
     if suffix not in _SPACES:
         raise BadInput(Problem(title, "it is neither .png nor .exr", "write it as one of these"))

@@ -18,6 +18,7 @@ from ...fit import cost
 from ...fit.capture_render import evaluator
 from ...fit.plan import FitPlan
 from ...fit.settings import FitSettings
+from ...messages import thing
 from ...problems import BadInput, Problem
 from . import fisher
 from .fisher import EXPLAINED, ModelError, Noise
@@ -176,7 +177,7 @@ class PhotoInformation:
             raise BadInput(
                 [
                     Problem(
-                        f"Parameter '{name}'",
+                        thing("Parameter", name),
                         "its derivative is not finite",
                         "narrow its bounds, or report this scene",
                     )

@@ -13,6 +13,7 @@ import numpy as np
 from ...capture.prepared import Capture
 from ...fit.plan import FitPlan, build_scene, prepare
 from ...fit.request import RunRequest
+from ...messages import control, thing
 from ...parameters import Values
 from ...problems import BadInput, Problem
 from ...scene_read.values import SceneValues
@@ -149,9 +150,9 @@ def suggestion_of(
     plan = replace(plan, captures=[as_taken(item) for item in plan.captures])
     problems = [
         Problem(
-            f"Parameter '{item.name}'",
+            thing("Parameter", item.name),
             "a grid or image has too many values to compute what a photo adds",
-            "leave it out, and name the others with --fit or the ticks of the panel",
+            control("fit-others", "leave it out, and name the others with --fit"),
         )
         for item in plan.fields
     ]

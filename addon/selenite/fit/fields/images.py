@@ -20,6 +20,7 @@ from ..field_kinds import KINDS
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from .base import (
+    ONE_START,
     FieldUnknown,
     is_share,
     material_of,
@@ -257,7 +258,7 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
         raise BadInput(Problem(title, cause, cure))
     if request.grid and not request.grid.isdecimal():
         if fill is not None:
-            raise BadInput(Problem(title, "it has two starts", "give --start or a file"))
+            raise BadInput(Problem(title, "it has two starts", ONE_START))
         return replace(start, texture=_from_file(request.grid, texture, title))
     if own is not None and not request.grid:
         if fill is None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ... import write_back
+from ...messages import message
 from ...parameters import Values
 from ...problems import BadInput, Problem
 from ...scene_read.scene import millimetres, read_scene, reading
@@ -57,7 +58,15 @@ class SELENITE_OT_apply(ReadsScene, bpy.types.Operator):  # type: ignore[misc]
         try:
             if missing and all(map(field_rows.is_grid, settings.results)):
                 cause, _, cure = missing.partition(": ")
-                raise BadInput(Problem("Fitted grids", f"{cause} and stay in their files", cure))
+                raise BadInput(
+                    Problem(
+                        "Fitted grids",
+                        message(
+                            "apply.stay-their-files", "{cause} and stay in their files", cause=cause
+                        ),
+                        cure,
+                    )
+                )
             before = _write(context.scene, "value")
         except BadInput as error:
             report_problems(self, error)
@@ -74,7 +83,15 @@ class SELENITE_OT_apply(ReadsScene, bpy.types.Operator):  # type: ignore[misc]
         for line in lines:
             announce(self, {"INFO"}, line)
         if missing:
-            announce(self, {"WARNING"}, f"The fitted grids stay in their files: {missing}")
+            announce(
+                self,
+                {"WARNING"},
+                message(
+                    "apply.fitted-grids-stay-their",
+                    "The fitted grids stay in their files: {missing}",
+                    missing=missing,
+                ),
+            )
         settings.applied = True
         _refresh(context, "value")
         return {"FINISHED"}

@@ -19,6 +19,7 @@ from ...fit.overall import Overall
 from ...fit.plan import prepare
 from ...fit.request import RunRequest
 from ...fit.staging.request import AUTO
+from ...messages import message
 from ...problems import BadInput
 from ...report.results import new_folder
 from ...scene_read.geometry.bodies import judge_bodies
@@ -214,7 +215,11 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         running, STAGES.step = STAGES.job.progress()
-        show_status(context, f"choosing stages, {STAGES.step.text}", STAGES.step.fraction)
+        show_status(
+            context,
+            message("fit.choosing-stages", "choosing stages, {text}", text=STAGES.step.text),
+            STAGES.step.fraction,
+        )
         if running or self._go_on(context):
             return {"PASS_THROUGH"}
         return self._over(context)
@@ -233,7 +238,11 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             report_problems(self, error)
             return False
         except (ValueError, RuntimeError) as error:
-            announce(self, {"ERROR"}, f"No stages are chosen: {error}")
+            announce(
+                self,
+                {"ERROR"},
+                message("fit.no-stages-chosen", "No stages are chosen: {error}", error=error),
+            )
             return False
         return self._run(scene, job)
 
@@ -315,7 +324,11 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         keep_result(scene)
         keep_fields(scene)
         if last.work.trouble:
-            text = f"Cannot write the fitted grids and images to '{output_folder(scene)}'"
+            text = message(
+                "fit.cannot-write-fitted-grids",
+                "Cannot write the fitted grids and images to '{output_folder}'",
+                output_folder=output_folder(scene),
+            )
             cure = "choose another folder below and save the result"
             announce(self, {"ERROR"}, f"{text}: {last.work.trouble}; {cure}")
         VIEW.wake()  # small pictures of the result

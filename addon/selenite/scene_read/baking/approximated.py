@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ...messages import thing
 from ...problems import Problem
 from ..blender_process import BlenderProcess, baked_folder
 from ..options import ReadingOptions
@@ -50,7 +51,7 @@ class ComparisonRun(ProcessRun):
         """Never a problem: a difference that nobody knows is said to be unknown."""
         if self.stopped:
             return None
-        title = f"Scene '{self._asked.scene.name}'"
+        title = thing("Scene", self._asked.scene.name)
         if self.problem is not None:
             cause = self.problem.cause
             self._asked.read.warn(f"{title}: what approximations change is not known: {cause}")
@@ -76,7 +77,7 @@ class ComparisonRun(ProcessRun):
         return process
 
     def _said(self, error: Exception) -> Problem:
-        return Problem(f"Scene '{self._asked.scene.name}'", str(error), "")
+        return Problem(thing("Scene", self._asked.scene.name), str(error), "")
 
     def _known(self) -> JsonObject:
         if self._kept is None or not self._kept.is_file():

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ...messages import thing
 from ...problems import Problem
 from ..blender_process import BlenderProcess, baked_folder
 from ..reading.process_run import ProcessRun
@@ -73,7 +74,7 @@ class BakeRun(ProcessRun):
     def _said(self, error: Exception) -> Problem:
         cause = f"its nodes cannot be baked ({error})"
         cure = "unlink what is not read, or give constant values"
-        return Problem(f"Scene '{self._asked.scene.name}'", cause, cure)
+        return Problem(thing("Scene", self._asked.scene.name), cause, cure)
 
     def _is_kept(self, one: WantedMaterial) -> bool:
         return (self._folder / self._keys[one.name] / "report.json").is_file()

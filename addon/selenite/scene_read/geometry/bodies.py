@@ -24,6 +24,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...messages import thing
 from ...problems import Problem
 from ..closedness import Closedness, survey
 from ..values import BodyValues, MaterialValues, ObjectValues, SceneValues
@@ -102,7 +103,7 @@ def _need(material: MaterialValues) -> str:
 
 def _report(body: BodyValues, whole: Closedness, read: SceneValues) -> str:
     """Notes the problem or the warning and returns its text. `whole`: the mesh with all faces."""
-    found, title = body.found, f"Object '{body.object}'"
+    found, title = body.found, thing("Object", body.object)
     if body.need == "medium" and not found.encloses:
         cause = f"the medium of material '{body.material}' has no definite inside: {_faults(found)}"
         if whole.encloses:

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ... import parameters
+from ...messages import thing
 from ...problems import Problem
 from .. import hosts
 from ..shading import nodes
@@ -26,7 +27,7 @@ def read_light(
     light: bpy.types.Light, matrix: np.ndarray, name: str
 ) -> tuple[LightValues, Owner, list[Problem]]:
     """Reads an original lamp standing at `matrix` (4, 4): values, owner, problems."""
-    title = f"Light '{light.name}'"
+    title = thing("Light", light.name)
     library = light.library.filepath if light.library is not None else ""
     scale = hosts.light_scale(light)
     shape = _shape(light)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import bpy
 
 from ... import parameters
+from ...messages import thing
 from ...parameters import Parameter, Values
 from ...problems import Problem
 from .. import hosts
@@ -86,7 +87,7 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
     """Reads one original (not evaluated) material. Units are those of the sockets."""
     library = material.library.filepath if material.library is not None else ""
     table = parameters.of("material")
-    title = f"Material '{material.name}'"
+    title = thing("Material", material.name)
     if not material.use_nodes or material.node_tree is None:
         reason = "the material does not use nodes: switch on Use Nodes"
         values = grey_material(name, tuple(material.diffuse_color[:3]))
@@ -151,7 +152,7 @@ def graph_of(material: bpy.types.Material, room: TextureRoom, name: str = "") ->
     """The program of a material with nodes, or its problems; an empty one without an output. name:
     as in `read_material`."""
     output = nodes.output_of(material.node_tree)
-    tree = Tree(f"Material '{material.name}'", room, material_index=material.pass_index)
+    tree = Tree(thing("Material", material.name), room, material_index=material.pass_index)
     tree.baked_uv = UV_NAME + name
     if output is None:
         return tree
@@ -167,7 +168,7 @@ def graph_of(material: bpy.types.Material, room: TextureRoom, name: str = "") ->
 
 def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> MaterialRead:
     """A material whose surface is a graph of closures."""
-    title = f"Material '{material.name}'"
+    title = thing("Material", material.name)
     library = material.library.filepath if material.library is not None else ""
     values = MaterialValues(
         name,
@@ -223,7 +224,7 @@ def _plain(
 ) -> MaterialRead:
     """A diffuse material of the colour that the viewport shows, in place of one that is not read
     at all."""
-    title = f"Material '{material.name}'"
+    title = thing("Material", material.name)
     library = material.library.filepath if material.library is not None else ""
     assert room.approximations is not None  # noqa: S101 - the caller has asked
     cause = problems[0].cause

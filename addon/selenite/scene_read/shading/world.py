@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 from ... import parameters
+from ...messages import thing
 from ...parameters import Values
 from ...problems import Problem
 from ..values import BackdropValues, Owner, WorldValues
@@ -41,7 +42,7 @@ def evaluate(scene: bpy.types.Scene, world: bpy.types.World | None) -> Evaluated
     """What `read_world` needs. It renders: nothing else may render meanwhile."""
     if world is None or not world.use_nodes or world.node_tree is None:
         return Evaluated()
-    title = f"World '{world.name}'"
+    title = thing("World", world.name)
     if _is_empty(world):
         return Evaluated()
     try:
@@ -60,7 +61,7 @@ def read_world(
     """Values, owner, problems, warnings. Without a world the background is black."""
     if world is None:
         return WorldValues(), None, [], []
-    title = f"World '{world.name}'"
+    title = thing("World", world.name)
     library = world.library.filepath if world.library is not None else ""
     owner = Owner(WORLD, "world", world.name, library, {}, {})
     warnings: list[str] = []
@@ -163,7 +164,7 @@ def find_rotation(world: bpy.types.World) -> tuple[RotationPlace | None, str]:
 def _why_not_rotated(world: bpy.types.World) -> str:
     """Why the image of its lone background does not turn by itself; empty if it does."""
     try:
-        light, *others = _views(world, f"World '{world.name}'")
+        light, *others = _views(world, thing("World", world.name))
     except Unreadable as error:
         return error.problem.cause
     if light.image is None:
@@ -180,7 +181,7 @@ def _found_background(world: bpy.types.World) -> tuple[Source | None, str]:
     if _is_empty(world):
         return None, _NOTHING
     try:
-        source = panorama.surface_of(_output(world, f"World '{world.name}'"), LIGHT)
+        source = panorama.surface_of(_output(world, thing("World", world.name)), LIGHT)
     except Unreadable as error:
         return None, error.problem.cause
     if not panorama.is_background(source):
@@ -362,7 +363,7 @@ def _environment_image(
     image = node.image
     if image is None:
         raise Unreadable(title, "its Environment Texture has no image", "choose an image")
-    title = f"Image '{image.name}'"
+    title = thing("Image", image.name)
     pixels = images.read_pixels(image)
     if pixels.encoded:
         warnings.append(f"{title}: sRGB environment, decoded before it is interpolated")
