@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
 
 
 class Message(str):
@@ -28,17 +27,17 @@ class Message(str):
         self.key, self.english, self.arguments = key, english, arguments
         return self
 
-    def __getnewargs__(self) -> tuple[str, str, Mapping[str, object]]:
+    def __reduce__(self) -> tuple[type[Message], tuple[str, str, Mapping[str, object]]]:
         """For copies and other processes."""
-        return self.key, self.english, self.arguments
+        return Message, (self.key, self.english, self.arguments)
 
 
-def message(key: str, english: str, /, **arguments: object) -> Message:
+def message(key: str, english: str, /, **arguments: object) -> str:
     """The sentence `key`. english: with "{name}" for each argument."""
     return Message(key, english, arguments)
 
 
-def thing(kind: str, name: object) -> Message:
+def thing(kind: str, name: object) -> str:
     """What a problem is about, as "Camera 'Front'"; kind: in English, with a capital."""
     return Message(f"thing.{kind.lower()}", f"{kind} '{{name}}'", {"name": name})
 
@@ -50,17 +49,17 @@ def named(text: str) -> tuple[str, str]:
     return text.key.removeprefix("thing."), str(text.arguments["name"])
 
 
-def control(name: str, option: str) -> Message:
+def control(name: str, option: str) -> str:
     """What the user is to use: an option of the command line, or the panel's control `name`."""
     return Message(f"control.{name}", option.replace("{", "{{").replace("}", "}}"), {})
 
 
-def phrase(english: str, /, **arguments: object) -> Message:
+def phrase(english: str, /, **arguments: object) -> str:
     """A text that is not put into other languages, around messages that are."""
     return Message("", english, arguments)
 
 
-def joined(separator: str, parts: Iterable[str]) -> Message:
+def joined(separator: str, parts: Iterable[str]) -> str:
     """As `separator.join`, with messages among the parts."""
     found = {f"part{at}": part for at, part in enumerate(parts)}
     return Message("", separator.join(f"{{{name}}}" for name in found), found)
@@ -90,15 +89,15 @@ def unpacked(text: str) -> list[str]:
     return [_text(item) for item in found] if isinstance(found, list) else text.splitlines()
 
 
-def _plain(text: object) -> Any:  # noqa: ANN401 - what JSON holds
+def _plain(text: object) -> object:
     if not isinstance(text, Message):
         return str(text)
     arguments = {name: _plain(part) for name, part in text.arguments.items()}
     return [text.key, text.english, arguments]
 
 
-def _text(item: Any) -> str:  # noqa: ANN401
-    if isinstance(item, str):
-        return item
+def _text(item: object) -> str:
+    if not isinstance(item, list):
+        return str(item)
     key, english, arguments = item
     return Message(key, english, {name: _text(part) for name, part in arguments.items()})

@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from . import _core, _image
 
-    NativeProblem = _core.Problem | _image.Problem | "Problem"
-
 
 @dataclass(frozen=True)
 class Problem:
@@ -32,6 +30,32 @@ class Problem:
     def as_json(self) -> dict[str, str]:
         """Keys object, cause, cure."""
         return {"object": self.object, "cause": self.cause, "cure": self.cure}
+
+
+class Reason(str):
+    """Why something cannot be, as "cause: cure"; empty where it can."""
+
+    __slots__ = ("cause", "cure")
+    cause: str
+    cure: str
+
+    def __new__(cls, cause: str = "", cure: str = "") -> Reason:
+        """cure: "" where nothing helps."""
+        self = super().__new__(cls, f"{cause}: {cure}" if cure else cause)
+        self.cause, self.cure = cause, cure
+        return self
+
+    def __reduce__(self) -> tuple[type[Reason], tuple[str, str]]:
+        """For copies and other processes."""
+        return Reason, (self.cause, self.cure)
+
+    def after(self, words: str) -> Reason:
+        """The same, with `words` before its cause."""
+        return Reason(f"{words}{self.cause}", self.cure) if self else self
+
+    def problem(self, title: str, cure: str) -> Problem:
+        """Of `title`; `cure` where there is no other."""
+        return Problem(title, self.cause, self.cure or cure)
 
 
 class BadInput(Exception):
@@ -83,7 +107,9 @@ def refused(title: str, cure: str) -> Iterator[None]:
         ) from error
 
 
-def native_problems(error: Exception) -> Sequence[NativeProblem]:
+def native_problems(error: Exception) -> Sequence[_core.Problem | _image.Problem | Problem]:
     """What an error of a native module carries; of another error, its text."""
-    text = str(error.args[0]) if error.args else type(error).__name__
-    return getattr(error, "problems", None) or [Problem("", text, "")]
+    text = str(error.args[0] if isinstance(error, KeyError) and error.args else error)
+    return getattr(error, "problems", None) or [
+        Problem("", text or type(error).__name__, "")
+    ]

@@ -98,7 +98,7 @@ def window_of(
         )
         cure = control(
             "resolution",
-            f"give its 'size' in the captures, {list(file_size)} for a whole photo, or change the "
+            f"give its 'size', {list(file_size)} for a whole photo, in the captures, or change the "
             "resolution of the scene to the same aspect",
         )
         problems.append(Problem(title, cause, cure, ASPECT))

@@ -330,7 +330,14 @@ def sentences(plan: FitPlan, result: dict[str, Any], *, intervals: bool = True) 
             )
         )
     if result.get("kept_start"):
-        lines.append(_kept_start(result))
+        text = message(
+            "trust.no-values-found-whose",
+            "No values were found whose loss is below that of the start: these are the start's",
+        )
+        if not explained(result) and unexplained_percent(result) > GOOD:
+            cure = message("trust.check-lights-cameras-masks", "Check lights, cameras and masks")
+            text = joined(". ", (text, cure))
+        lines.append(text)
     if left is not None:
         lines.append(_misfit_text(left, unexplained_percent(result), _fields(result)))
     elif not plan.fields and (share := unexplained_percent(result)) > 0:
@@ -349,17 +356,6 @@ def sentences(plan: FitPlan, result: dict[str, Any], *, intervals: bool = True) 
     if text := of_search(result):
         lines.append(text)
     return lines
-
-
-def _kept_start(result: dict[str, Any]) -> str:
-    text = message(
-        "trust.no-values-found-whose",
-        "No values were found whose loss is below that of the start: these are the start's",
-    )
-    if explained(result) or unexplained_percent(result) <= GOOD:
-        return text
-    cure = message("trust.check-lights-cameras-masks", "Check lights, cameras and masks")
-    return joined(". ", (text, cure))
 
 
 def of_search(result: dict[str, Any]) -> str:

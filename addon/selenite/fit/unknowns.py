@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from .. import native, parameters
 from ..messages import control, thing
 from ..parameters import Parameter, Values
-from ..problems import Problem, choice, listed
+from ..problems import Problem, Reason, choice, listed
 from ..scene_read.values import Owner, SceneValues
 from .field_kinds import KINDS
 from .request import UnknownRequest
@@ -182,8 +182,8 @@ def _unknown(
     title = thing("Parameter", parameters.join_name(owner.name, parameter.name))
     reason = owner.fixed.get(parameter.name)
     if reason or parameter.name not in owner.values:
-        cause, _, cure = (reason or "its value could not be read").partition(": ")
-        problems.append(Problem(title, cause, cure or "fit another parameter"))
+        reason = reason or Reason("its value could not be read")
+        problems.append(reason.problem(title, "fit another parameter"))
         return None
     current = owner.values[parameter.name]
     bounds = _bounds(parameter, request, current, title, problems)

@@ -20,6 +20,7 @@ import numpy as np
 
 from ..messages import thing
 from ..parameters import Values
+from ..problems import Reason
 from . import openvdb_files
 from .geometry.mesh import Instance
 from .openvdb_files import VdbError, VdbGrid
@@ -73,12 +74,12 @@ def read(instance: Instance, material: bpy.types.Material, name: str) -> VolumeR
         placed["albedo"] = _placed(colour, _albedo(node, colour, title, warnings), instance)
     only = {key: found.owner.values[key] for key in volumes.PARAMETERS}
     fixed = found.owner.fixed | {
-        key: "a Volume object has no surface"
+        key: Reason("a Volume object has no surface")
         for key in found.owner.values
         if key not in volumes.PARAMETERS
     }
     if "albedo" in placed:
-        fixed["albedo"] = f"it comes from grid '{colour_name}': fit albedo_grid"
+        fixed["albedo"] = Reason(f"it comes from grid '{colour_name}'", "fit albedo_grid")
     return VolumeRead(
         _box(instance.original.name, density),
         MaterialValues(name, only | {"alpha": (0.0,)}, multi_ggx=True, flavour="v2", grids=placed),

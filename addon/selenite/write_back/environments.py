@@ -50,9 +50,8 @@ def show_pixels(scene: bpy.types.Scene, values: SceneValues, pixels: np.ndarray)
     title = thing("World", found.name)
     inlet, reason = world.find_inlet(found)
     if inlet is None or reason:
-        cause, _, cure = reason.partition(": ")
-        cause = f"it cannot take an image ({cause})"
-        raise BadInput(Problem(title, cause, cure or "undo the change"))
+        cause = f"it cannot take an image ({reason.cause})"
+        raise BadInput(Problem(title, cause, reason.cure or "undo the change"))
     image = _image(f"{found.name} environment", pixels)
     tree, end = cast(bpy.types.NodeTree, inlet.id_data), inlet.node
     before = nodes.link_of(inlet)

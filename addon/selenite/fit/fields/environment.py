@@ -198,8 +198,7 @@ def _world_of(scene: SceneValues, request: UnknownRequest, title: str) -> Owner:
         cause = f"'{request.owner}' is not the world"
         raise BadInput(Problem(title, cause, f"call it {_NAME}:environment"))
     if reason := owner.fixed.get(KINDS[request.parameter].parameter):
-        cause, _, cure = reason.partition(": ")
-        raise BadInput(Problem(title, cause, cure or "give the world a Background node"))
+        raise BadInput(reason.problem(title, "give the world a Background node"))
     return owner
 
 

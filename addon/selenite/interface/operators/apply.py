@@ -8,7 +8,7 @@ import bpy
 from ... import write_back
 from ...messages import message
 from ...parameters import Values
-from ...problems import BadInput, Problem
+from ...problems import BadInput, Problem, Reason
 from ...scene_read.scene import millimetres, read_scene, reading
 from ...scene_read.values import Owner, SceneValues
 from ...write_back import Key
@@ -54,17 +54,18 @@ class SELENITE_OT_apply(ReadsScene, bpy.types.Operator):  # type: ignore[misc]
         """All values or none; one undo step. found: where there are fields."""
         settings = context.scene.selenite
         grids = any(map(field_rows.is_grid, settings.results))
-        missing = grid_objects.why_not() if grids else ""
+        missing = grid_objects.why_not() if grids else Reason()
         try:
             if missing and all(map(field_rows.is_grid, settings.results)):
-                cause, _, cure = missing.partition(": ")
                 raise BadInput(
                     Problem(
                         "Fitted grids",
                         message(
-                            "apply.stay-their-files", "{cause} and stay in their files", cause=cause
+                            "apply.stay-their-files",
+                            "{cause} and stay in their files",
+                            cause=missing.cause,
                         ),
-                        cure,
+                        missing.cure,
                     )
                 )
             before = _write(context.scene, "value")

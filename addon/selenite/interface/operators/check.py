@@ -91,14 +91,15 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
             grids = {} if applied else field_rows.fitted_grids(scene)
             images = {} if applied else field_rows.fitted_images(scene)
             if grids and (missing := grid_objects.why_not()):
-                cause, _, cure = missing.partition(": ")
                 raise BadInput(
                     Problem(
                         "Check in Cycles",
                         message(
-                            "check.cannot-show-grids", "{cause} and cannot show grids", cause=cause
+                            "check.cannot-show-grids",
+                            "{cause} and cannot show grids",
+                            cause=missing.cause,
                         ),
-                        cure,
+                        missing.cure,
                     )
                 )
             taken = [as_found(item, RUN.result) for item in RUN.plan.captures] if known else []
