@@ -110,6 +110,4 @@ def refused(title: str, cure: str) -> Iterator[None]:
 def native_problems(error: Exception) -> Sequence[_core.Problem | _image.Problem | Problem]:
     """What an error of a native module carries; of another error, its text."""
     text = str(error.args[0] if isinstance(error, KeyError) and error.args else error)
-    return getattr(error, "problems", None) or [
-        Problem("", text or type(error).__name__, "")
-    ]
+    return getattr(error, "problems", None) or [Problem("", text or type(error).__name__, "")]

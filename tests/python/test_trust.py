@@ -159,8 +159,16 @@ def test_a_fit_that_found_nothing_better_than_its_start_says_so() -> None:
 def test_a_kept_start_that_explains_the_photos_is_no_reason_to_check_lights() -> None:
     kept = {"kept_start": True}
     assert "Check lights" not in said(result() | kept)
-    for wrong in (result(explained=False), result(standard_error=0.1), {}):
+    for wrong in (result(value=0.0004, explained=False), result(standard_error=0.1), {}):
         assert "Check lights" in said(wrong | kept)
+
+
+@pytest.mark.parametrize("share", [0.002, 0.0099])
+def test_no_line_about_a_misfit_below_one_per_cent_asks_to_check_lights(share: float) -> None:
+    found = result(value=share**2, standard_error=1e-7, explained=False)
+    for more in ({}, {"kept_start": True}):
+        assert f"{100 * share:.1f} % of the photos' brightness is not explained" in said(found)
+        assert "lights" not in said(found | more)
 
 
 def test_intervals_with_voxels_are_valid_if_the_misfit_is_theirs() -> None:

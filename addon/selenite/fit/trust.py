@@ -94,6 +94,14 @@ def explained(result: dict[str, Any]) -> bool:
     return left is not None and bool(left["explained"]) and not left["hidden"]
 
 
+def matches(result: dict[str, Any]) -> bool:
+    """Whether the photos are known to be explained but for `GOOD` percent of their brightness."""
+    left = misfit(result)
+    if left is None or left["hidden"]:
+        return False
+    return bool(left["explained"]) or unexplained_percent(result) <= GOOD
+
+
 def unconverged(plan: FitPlan) -> list[str]:
     """Ids of photos with much light in isolated bright pixels. Their noise has tails that no
     interval knows of: the light of rare paths may be missing from a photo, or be there twice."""
@@ -122,31 +130,20 @@ def ambiguous(result: dict[str, Any]) -> list[str]:
     return list(_report(result).get("ambiguous", ()))
 
 
-def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
-    """What a user should know about one value; without a refinement, what is known of its kind."""
+def words(unknown: Unknown, result: dict[str, Any], *, intervals: bool = True) -> list[str]:
+    """What a user should know about one value; without a refinement, what is known of its kind.
+    intervals: not where a table has them."""
     lines = _fitted_with_an_image(unknown, result)
     reported = _reported(unknown, result)
     if not reported:
         return lines
-    intervals = [
-        f"{low:.3f} to {high:.3f}" if ok else "?"
-        for (low, high), ok in zip(reported["interval_90"], reported["determined"], strict=True)
-    ]
     if any(reported["determined"]):
-        lines.append(joined(": ", (_confidence(result), "; ".join(intervals))))
-    return lines + _doubts(unknown, reported, result)
-
-
-def reasons(unknown: Unknown, result: dict[str, Any]) -> list[str]:
-    """As `words`, without the interval itself."""
-    lines = _fitted_with_an_image(unknown, result)
-    reported = _reported(unknown, result)
-    return lines + (_doubts(unknown, reported, result) if reported else [])
-
-
-def _doubts(unknown: Unknown, reported: dict[str, Any], result: dict[str, Any]) -> list[str]:
-    """Why the interval does not say it all."""
-    lines = _under_texels(unknown, result) if any(reported["determined"]) else []
+        ends = [
+            f"{low:.3f} to {high:.3f}" if ok else "?"
+            for (low, high), ok in zip(reported["interval_90"], reported["determined"], strict=True)
+        ]
+        lines += [joined(": ", (_confidence(result), "; ".join(ends)))] if intervals else []
+        lines += _under_texels(unknown, result)
     if not all(reported["determined"]):
         lines.append(_undetermined(unknown, reported, _alternatives(unknown, result)))
     bounds = {side for side in reported["at_bound"] if side}
@@ -294,9 +291,10 @@ def _undetermined(unknown: Unknown, reported: dict[str, Any], alternatives: list
 
 def sentences(plan: FitPlan, result: dict[str, Any], *, intervals: bool = True) -> list[str]:
     """All of it, a line each. intervals: not where a table has them."""
-    said = words if intervals else reasons
     lines: list[str] = [
-        joined(": ", (item.name, text)) for item in plan.unknowns for text in said(item, result)
+        joined(": ", (item.name, text))
+        for item in plan.unknowns
+        for text in words(item, result, intervals=intervals)
     ]
     reports = [_reported(item, result) for item in plan.unknowns]
     if not all(all(one["determined"]) for one in reports if one):
@@ -334,7 +332,7 @@ def sentences(plan: FitPlan, result: dict[str, Any], *, intervals: bool = True) 
             "trust.no-values-found-whose",
             "No values were found whose loss is below that of the start: these are the start's",
         )
-        if not explained(result) and unexplained_percent(result) > GOOD:
+        if not matches(result):
             cure = message("trust.check-lights-cameras-masks", "Check lights, cameras and masks")
             text = joined(". ", (text, cure))
         lines.append(text)

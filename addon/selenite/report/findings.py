@@ -68,8 +68,15 @@ def findings(plan: FitPlan, result: dict[str, Any]) -> list[Finding]:
 
 def in_short(plan: FitPlan, result: dict[str, Any]) -> InShort:
     """Whether the photos are explained, which values are open, and the next thing to do."""
+    if result.get("kept_start") and not trust.matches(result):  # else the start was right
+        text = message(
+            "findings.nothing-better-than-start",
+            "Nothing better than the start was found: check lights, cameras and masks, then fit "
+            "again.",
+        )
+        return InShort(text, OPEN, is_wrong=True)
     icon, text = _verdict(plan, findings(plan, result), result)
-    return InShort(text, icon, _kept(result) or _is_wrong(plan, result))
+    return InShort(text, icon, _is_wrong(plan, result))
 
 
 def left_open(result: dict[str, Any]) -> float:
@@ -81,12 +88,6 @@ def left_open(result: dict[str, Any]) -> float:
     return 0.0 if left["explained"] else trust.unexplained_percent(result)
 
 
-def _kept(result: dict[str, Any]) -> bool:
-    """Whether the start is the answer although it does not match the photos."""
-    unmatched = not trust.explained(result) and trust.unexplained_percent(result) > trust.GOOD
-    return bool(result.get("kept_start")) and unmatched
-
-
 def _is_wrong(plan: FitPlan, result: dict[str, Any]) -> bool:
     share = left_open(result)
     return trust.CLOSE < share < math.inf and not plan.fields
@@ -95,14 +96,6 @@ def _is_wrong(plan: FitPlan, result: dict[str, Any]) -> bool:
 def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) -> tuple[str, str]:
     """(icon, sentence)"""
     fields = bool(plan.fields)
-    if _kept(result):
-        return OPEN, (
-            message(
-                "findings.nothing-better-than-start",
-                "Nothing better than the start was found: check lights, cameras and "
-                "masks, then fit again.",
-            )
-        )
     if still_falling(result):
         return WEAK, (
             message(

@@ -17,6 +17,7 @@ from ..fit.fields import FieldUnknown
 from ..fit.job import fitted_values
 from ..fit.plan import FitPlan
 from ..fit.unknowns import Unknown
+from ..messages import joined, message
 from ..parameters import Values
 from .findings import Finding, findings, in_short
 from .results import field_means, found_of_photo
@@ -68,11 +69,18 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
     found += [in_short(plan, result).sentence]
     found += [gauge.text() for gauge in gauges(result)]
     for unknown in plan.unknowns:
-        found += [f"{unknown.name}: {text}" for text in trust.reasons(unknown, result)]
+        why = trust.words(unknown, result, intervals=False)
+        found += [joined(": ", (unknown.name, text)) for text in why]
     light = trust.level_of_gains(plan)
     if light:
-        found.append(f"The gains hold at this level of {light}: give one photo a gain of none")
-    return [f"{text.rstrip('.')}." for text in found[:3]]
+        found.append(
+            message(
+                "table.gains-hold",
+                "The gains hold at this level of {light}: give one photo a gain of none",
+                light=light,
+            )
+        )
+    return [joined("", (text, "" if text.endswith(".") else ".")) for text in found[:3]]
 
 
 def decimals(half: float) -> int:
