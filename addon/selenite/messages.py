@@ -49,6 +49,17 @@ def named(text: str) -> tuple[str, str]:
     return text.key.removeprefix("thing."), str(text.arguments["name"])
 
 
+def remark(about: str, text: str, separator: str = ": ") -> str:
+    """A warning about a thing, which the panel shows with it."""
+    return phrase("{about}{separator}{text}", about=about, separator=separator, text=text)
+
+
+def subject(text: str) -> tuple[str, str]:
+    """(kind in small letters, name) of what a remark is about; ("", "") of another text."""
+    about = text.arguments.get("about") if isinstance(text, Message) else None
+    return named(about) if isinstance(about, str) else ("", "")
+
+
 def control(name: str, option: str) -> str:
     """What the user is to use: an option of the command line, or the panel's control `name`."""
     return Message(f"control.{name}", option.replace("{", "{{").replace("}", "}}"), {})

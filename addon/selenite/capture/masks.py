@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..messages import thing
+from ..messages import remark, thing
 from ..problems import Problem
 from .background import Background
 from .request import CaptureRequest
@@ -79,7 +79,7 @@ def masked(
         behind = background.pixels(reference)
         share = float(behind.mean())
         if share == 0:
-            remarks.append(f"{title}: no pixel of it has the colour of its background")
+            remarks.append(remark(title, "no pixel of it has the colour of its background"))
         inside = inside & ~behind
     if silhouette is not None:
         inside = inside & silhouette
@@ -91,7 +91,7 @@ def masked(
             cause = "its masks together leave no pixel"
             problems.append(Problem(title, cause, "enlarge one of them, or leave the photo out"))
             return weight
-        remarks.append(f"{title}: its mask is so narrow that its rim counts too")
+        remarks.append(remark(title, "its mask is so narrow that its rim counts too"))
         trimmed = inside
     out: np.ndarray = np.where(trimmed, weight, 0).astype(np.float32)
     return out

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias, TypedDict
 import numpy as np
 
 from .. import native
-from ..messages import control, thing
+from ..messages import control, remark, thing
 from ..problems import Problem, choice, listed
 from ..scene_read.lens import LensDistortion
 from ..scene_read.values import CameraValues, SceneValues
@@ -352,9 +352,9 @@ def _finish(
         cause = f"no pixel of it can be used ({_reasons(info['counts'])})"
         problems.append(Problem(title, cause, "give a better exposed photo or another mask"))
         return None
-    remarks += [f"{title}: {text}" for text in info["warnings"]]
+    remarks += [remark(title, text) for text in info["warnings"]]
     if mask is not None:
-        remarks += [f"{mask_title}: {text}" for text in mask["warnings"]]
+        remarks += [remark(mask_title, text) for text in mask["warnings"]]
     capture = Capture(
         request.id, opened.camera.name, request.photo, opened.size, reference, weight,
         window.aspect, window=window.fractions, free_gain=request.gain or "none",
@@ -392,7 +392,7 @@ def _corners(
         problems.append(Problem(title, cause, cure))
         return None
     found = (differs, distortion.folded(places))
-    remarks += [f"{title}: {text}" for text in found if text]
+    remarks += [remark(title, text) for text in found if text]
     return places
 
 

@@ -14,7 +14,7 @@ from ..capture import light_states, suspicion
 from ..capture.prepared import Capture, read_captures
 from ..capture.request import PACKED, CaptureRequest, with_ids
 from ..capture.silhouette import Silhouettes
-from ..messages import thing
+from ..messages import remark, thing
 from ..paths import MISSING, why_not_file
 from ..problems import BadInput, Problem, refused
 from ..scene_read.build import build
@@ -240,7 +240,7 @@ def build_scene(values: SceneValues) -> Scene:
             cure = "scale its faces up, hide it from renders or delete it"
             problems.append(Problem(thing("Mesh", name), cause, cure))
         else:
-            values.warn(f"Mesh '{name}': {count} degenerate triangles are left out")
+            values.warn(remark(thing("Mesh", name), f"{count} degenerate triangles are left out"))
     if problems:
         raise BadInput(problems)
     return scene

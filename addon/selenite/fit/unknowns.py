@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from .. import native, parameters
-from ..messages import control, thing
+from ..messages import control, remark, thing
 from ..parameters import Parameter, Values
 from ..problems import Problem, Reason, choice, listed
 from ..scene_read.values import Owner, SceneValues
@@ -209,7 +209,9 @@ def _unknown(
             return None
     clamped = tuple(min(max(value, low), high) for value in start)
     if max(abs(a - b) for a, b in zip(clamped, start, strict=True)) > 0.01 * (high - low):
-        warnings.append(f"{title} starts at {_text(clamped)}, the nearest value inside its bounds")
+        warnings.append(
+            remark(title, f"starts at {_text(clamped)}, the nearest value inside its bounds", " ")
+        )
     return Unknown(owner.name, parameter, clamped, low, high, rate)
 
 

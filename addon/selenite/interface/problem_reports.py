@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import StringProperty
 
-from ..messages import named, unpacked
+from ..messages import named
 from ..problems import BadInput, Problem
 from ..scene_read.camera import named_cameras
 from .state import PROBLEMS, SHAPES
@@ -23,10 +23,8 @@ def report_problems(operator: bpy.types.Operator, error: BadInput) -> None:
     operator.report({"ERROR"}, "\n".join(lines))
 
 
-def thing_of(title: str) -> bpy.types.ID | None:
-    """The datablock that the title of a problem names, as "Camera 'Front'"; None where it names
-    none."""
-    kind, name = named(title)
+def thing_of(kind: str, name: str) -> bpy.types.ID | None:
+    """The datablock that a problem is about, as `messages.named` has it; None for none."""
     data = bpy.data
     if kind == "camera":
         return named_cameras(bpy.context.scene).get(name) or data.objects.get(name)
@@ -48,11 +46,12 @@ class SELENITE_OT_select_problem(bpy.types.Operator):
     bl_label = "Select"
     bl_options = {"REGISTER", "UNDO"}
 
-    thing: StringProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Title of the problem")
+    kind: StringProperty(options={"HIDDEN", "SKIP_SAVE"}, description="What the problem is about")
+    name: StringProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Its name")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """All objects concerned, the first one active; a material becomes the active one."""
-        thing = thing_of(_title(self.thing))
+        thing = thing_of(self.kind, self.name)
         objects = [item for item in context.view_layer.objects if _uses(item, thing)]
         if thing is None or not objects:
             announce(self, {"WARNING"}, "Nothing in the view layer is or has it")
@@ -77,19 +76,22 @@ class SELENITE_OT_close_body(bpy.types.Operator):
     bl_label = "Fill Holes"
     bl_options = {"REGISTER", "UNDO"}
 
-    thing: StringProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Title of the problem")
+    name: StringProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Name of the object")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Of the object that the problem names, which becomes the active one."""
-        item, objects = thing_of(_title(self.thing)), context.view_layer.objects
-        if not isinstance(item, bpy.types.Object) or item.name not in objects:
+        item: bpy.types.Object | None = bpy.data.objects.get(self.name)
+        objects = context.view_layer.objects
+        if item is None or item.name not in objects:
             announce(self, {"WARNING"}, "Nothing in the view layer is or has it")
             return {"CANCELLED"}
         objects.active = item
         if bpy.ops.selenite.fill_holes() != {"FINISHED"}:
             return {"CANCELLED"}
         left = PROBLEMS.get(context.scene.name, [])
-        PROBLEMS[context.scene.name] = [one for one in left if one.object != _title(self.thing)]
+        PROBLEMS[context.scene.name] = [
+            one for one in left if named(one.object) != ("object", self.name)
+        ]
         SHAPES.pop(context.scene.name, None)
         return {"FINISHED"}
 
@@ -104,11 +106,6 @@ class SELENITE_OT_clear_problems(bpy.types.Operator):
         """Of this scene."""
         PROBLEMS.pop(context.scene.name, None)
         return {"FINISHED"}
-
-
-def _title(packed_one: str) -> str:
-    """Of a problem, as its button has it."""
-    return next(iter(unpacked(packed_one)), "")
 
 
 def _uses(item: bpy.types.Object, thing: bpy.types.ID | None) -> bool:

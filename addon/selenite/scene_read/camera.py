@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..messages import thing
+from ..messages import remark, thing
 from ..problems import Problem
 from .camera_lens import lens_of
 from .values import CameraValues, SceneValues
@@ -82,7 +82,7 @@ def read_cameras(
         reason = why_unusable(evaluated)
         if reason:
             read.unusable_cameras[name] = reason
-            read.warn(f"Camera '{name}' is left out: {reason}")
+            read.warn(remark(thing("Camera", name), f"is left out: {reason}", " "))
             continue
         read.cameras.append(read_camera(evaluated, name, scene))
     if not found:

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from .. import parameters
-from ..messages import thing
+from ..messages import remark, thing
 from ..problems import Problem
 from . import camera as cameras
 from . import hosts, linking, properties, view_layers, visibility, volume_objects, working_space
@@ -140,7 +140,11 @@ def _read(
             _read_volume(instance, layer, links, volumes, read)
     for item in faceless:
         if item not in instancers:
-            read.warn(f"Object '{item.name}': its mesh has no faces, so it renders as nothing")
+            read.warn(
+                remark(
+                    thing("Object", item.name), "its mesh has no faces, so it renders as nothing"
+                )
+            )
     _note(read, [], room.warnings)
     if not read.objects:
         cure = "add an object or make one visible for rendering"
@@ -199,7 +203,7 @@ def _read_object(
         read.problems.append(Problem(title, cause, cure))
         return True
     if np.linalg.det(instance.matrix[:3, :3]) == 0:
-        read.warn(f"{title} is flattened to nothing by its scale and left out")
+        read.warn(remark(title, "is flattened to nothing by its scale and left out", " "))
         return True
     used = set(np.unique(read.meshes[index].material_slots).tolist())
     slots = [slot.material for slot in evaluated.material_slots] or [None]
@@ -235,8 +239,11 @@ def _add_object(
     light, shadow = links
     if shadow.bits_of(item) != ALL_SETS and _shines(found, read):
         read.warn(
-            f"Object '{item.name}': its blocker collection is not modelled, since a surface emits "
-            "the light and no lamp; everything casts its shadows: clear the collection"
+            remark(
+                thing("Object", item.name),
+                "its blocker collection is not modelled, since a surface emits the "
+                "light and no lamp; everything casts its shadows: clear the collection",
+            )
         )
     read.objects.append(
         ObjectValues(
@@ -279,7 +286,7 @@ def _read_volume(
         (slot.material for slot in instance.object.material_slots if slot.material), None
     )
     if slot is None:
-        read.warn(f"{title} has no material and is left out")
+        read.warn(remark(title, "has no material and is left out", " "))
         return
     if item.name in seen:
         cause = "its volume is there more than once"
@@ -333,12 +340,18 @@ def _read_lamp(
     light = lamp.original.data
     assert isinstance(light, bpy.types.Light), light
     if lights.is_portal(light):
-        read.warn(f"Light '{light.name}' is a portal, which is not needed")
+        read.warn(remark(thing("Light", light.name), "is a portal, which is not needed", " "))
         return
     key = (light.name, light.library.filepath if light.library is not None else "")
     name = called.get(key) or _free_name(light.name, "light", read)
     if name != light.name:
-        read.warn(f"Light '{light.name}' shares its name with another owner; it is called '{name}'")
+        read.warn(
+            remark(
+                thing("Light", light.name),
+                f"shares its name with another owner; it is called '{name}'",
+                " ",
+            )
+        )
     called[key] = name
     values, owner, problems = lights.read_light(light, lamp.matrix, name)
     rays = visibility.rays_that_see(lamp.original, lamp.instancer, layer)

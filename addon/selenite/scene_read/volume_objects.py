@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from ..messages import thing
+from ..messages import remark, thing
 from ..parameters import Values
 from ..problems import Reason
 from . import openvdb_files
@@ -69,7 +69,7 @@ def read(instance: Instance, material: bpy.types.Material, name: str) -> VolumeR
     warnings = list(found.warnings)
     colour = grids.get(colour_name)
     if colour_name and colour is None:
-        warnings.append(f"{title}: it has no grid '{colour_name}'; its colour is left as set")
+        warnings.append(remark(title, f"it has no grid '{colour_name}'; its colour is left as set"))
     if colour is not None:
         placed["albedo"] = _placed(colour, _albedo(node, colour, title, warnings), instance)
     only = {key: found.owner.values[key] for key in volumes.PARAMETERS}
@@ -210,7 +210,7 @@ def _albedo(node: bpy.types.Node, grid: VdbGrid, title: str, warnings: list[str]
         raise Unreadable(title, cause, "set the Absorption Color of the Principled Volume to black")
     albedo = grid.values * np.asarray(_constant(node, "Color"), np.float32)
     if albedo.max() > 1:
-        warnings.append(f"{title}: colours above 1 in grid '{grid.name}' are taken as 1")
+        warnings.append(remark(title, f"colours above 1 in grid '{grid.name}' are taken as 1"))
     return np.clip(albedo, 0, 1)
 
 

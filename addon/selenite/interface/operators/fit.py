@@ -38,7 +38,7 @@ from ..request import run_request
 from ..result.kept import keep_fields, keep_result
 from ..running.recorder import BackgroundRecorder
 from ..running.work import Finishing, Preparing
-from ..state import CANCELLED, CHECK, PROBLEMS, RUN, STAGES, remember_shapes
+from ..state import CANCELLED, CHECK, PROBLEMS, RUN, STAGES, remember, remember_plan
 from ..texts import announce
 from ..ticking import HARMLESS, Ticking, built, redraw, show_status
 
@@ -132,7 +132,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         if work is None:
             return False
         ready = built(self, lambda: list(work.steps())) is not None
-        remember_shapes(self._scene_name, work.values)
+        remember(self._scene_name, work.values)
         return ready and self._begin(work)
 
     def _asking(self, scene: bpy.types.Scene, resume: str) -> Reading[Preparing]:
@@ -202,7 +202,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             return {"PASS_THROUGH"}
         RUN.preparing = None
         ready = built(self, job.join)
-        remember_shapes(self._scene_name, job.work.values)
+        remember(self._scene_name, job.work.values)
         if ready and self._begin(job.work):
             return {"PASS_THROUGH"}
         return self._over(context)
@@ -248,6 +248,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
 
     def _run(self, scene: bpy.types.Scene, job: FitJob, overall: Overall | None = None) -> bool:
         """Starts the native thread and the record on disk."""
+        remember_plan(scene.name, job.plan)
         for text in job.plan.warnings:
             announce(self, {"WARNING"}, text)
         CHECK.contents[scene.name] = contents_of(scene)
@@ -350,7 +351,7 @@ def _request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
         return run_request(scene, values)
     except BadInput as error:
         values.bodies = judge_bodies(values)
-        remember_shapes(scene.name, values)
+        remember(scene.name, values)
         raise BadInput([*values.problems, *error.problems]) from error
 
 

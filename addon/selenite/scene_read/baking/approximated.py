@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ...messages import thing
+from ...messages import remark, thing
 from ...problems import Problem
 from ..blender_process import BlenderProcess, baked_folder
 from ..options import ReadingOptions
@@ -54,7 +54,9 @@ class ComparisonRun(ProcessRun):
         title = thing("Scene", self._asked.scene.name)
         if self.problem is not None:
             cause = self.problem.cause
-            self._asked.read.warn(f"{title}: what approximations change is not known: {cause}")
+            self._asked.read.warn(
+                remark(title, f"what approximations change is not known: {cause}")
+            )
             return None
         if self.report and self._kept is not None:
             self._kept.parent.mkdir(parents=True, exist_ok=True)
@@ -62,9 +64,13 @@ class ComparisonRun(ProcessRun):
         found: JsonObject = self.report or self._known()
         if found:
             self._asked.read.warn(
-                f"{title}: approximated materials change the picture of camera "
-                f"'{found['camera']}' by {100 * found['mean']:.3g} % on average and "
-                f"{100 * found['worst']:.3g} % in the worst of its blocks, against Cycles"
+                remark(
+                    title,
+                    "approximated materials change the picture of camera "
+                    f"'{found['camera']}' by {100 * found['mean']:.3g} % on average and "
+                    f"{100 * found['worst']:.3g} % in the worst of its blocks, against Cycles",
+                    f"{100 * found['worst']:.3g} % in the worst of its blocks, against Cycles",
+                )
             )
         return None
 

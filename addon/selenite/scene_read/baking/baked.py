@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ...messages import thing
+from ...messages import remark, thing
 from ...problems import Problem
 from ..blender_process import BlenderProcess, baked_folder
 from ..reading.process_run import ProcessRun
@@ -117,6 +117,9 @@ class BakeRun(ProcessRun):
         asked_for.fill_in(one, self._asked.read, pictures, maps)
         for output, error in zip(one.outputs, report["errors"], strict=True):
             self._asked.read.warn(
-                f"Material '{one.datablock}': {output.said} is baked to {report['size']} x "
-                f"{report['size']} pixels, which are off by {100 * error:.2g} % on average"
+                remark(
+                    thing("Material", one.datablock),
+                    f"{output.said} is baked to {report['size']} x {report['size']} pixels, "
+                    f"which are off by {100 * error:.2g} % on average",
+                )
             )

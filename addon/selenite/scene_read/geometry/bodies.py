@@ -24,7 +24,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...messages import thing
+from ...messages import remark, thing
 from ...problems import Problem
 from ..closedness import Closedness, survey
 from ..values import BodyValues, MaterialValues, ObjectValues, SceneValues
@@ -113,24 +113,29 @@ def _report(body: BodyValues, whole: Closedness, read: SceneValues) -> str:
         read.problems.append(problem)
         return problem.line()
     if body.need == "medium" and found.nested:
-        text = (
-            f"{title}: {_count(found.nested, 'body', 'bodies')} inside another one with the medium "
-            f"of material '{body.material}', facing the same way: the medium is not doubled there "
-            "and ends where the inner one is left, as in Cycles; for a hollow turn the inner one "
-            "round (Mesh > Normals > Flip)"
+        text = remark(
+            title,
+            f"{_count(found.nested, 'body', 'bodies')} inside another one with the "
+            f"medium of material '{body.material}', facing the same way: the medium "
+            "is not doubled there and ends where the inner one is left, as in "
+            "Cycles; for a hollow turn the inner one round (Mesh > Normals > Flip)",
         )
     elif (body.need == "glass" and not found.encloses) or (
         body.need == "subsurface" and found.leaks
     ):
         light, faults, cure = _LIGHT[body.need], _faults(found), _cure(found, whole)
-        text = (
-            f"{title}: {light} of material '{body.material}' does not come out as from a closed "
-            f"body: {faults}; Cycles renders the same, but if a body is meant: {cure}"
+        text = remark(
+            title,
+            f"{light} of material '{body.material}' does not come out as from a "
+            f"closed body: {faults}; Cycles renders the same, but if a body is "
+            f"meant: {cure}",
         )
         if found.doubled_faces:
-            text = (
-                f"{title}: {light} of material '{body.material}' does not come out as from a "
-                f"closed body: {faults}; Cycles shows faces on top of others otherwise: {cure}"
+            text = remark(
+                title,
+                f"{light} of material '{body.material}' does not come out as from a "
+                f"closed body: {faults}; Cycles shows faces on top of others otherwise: "
+                f"{cure}",
             )
     else:
         return ""

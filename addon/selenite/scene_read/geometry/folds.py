@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...messages import thing
+from ...messages import remark, thing
 from ...problems import Problem
 from ..values import MeshValues, SceneValues
 from .overlaps import PARALLEL, ROUNDING, TURNED
@@ -34,8 +34,11 @@ def warn_of_folds(read: SceneValues) -> None:
             read.problems.append(Problem(thing("Mesh", mesh.name), cause, _CURE))
         elif part > _LEAST:
             read.warn(
-                f"Mesh '{mesh.name}': {count} of its triangles lie on each other, which Cycles "
-                "shows otherwise (with shadows, or black): delete those that are too many"
+                remark(
+                    thing("Mesh", mesh.name),
+                    f"{count} of its triangles lie on each other, which Cycles shows "
+                    "otherwise (with shadows, or black): delete those that are too many",
+                )
             )
 
 

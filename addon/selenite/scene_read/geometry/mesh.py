@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...messages import thing
+from ...messages import remark, thing
 from ...problems import Problem
 from .. import hosts
 from ..values import MeshValues, SceneValues
@@ -118,8 +118,11 @@ def _triangles(
     if not finite.all():
         good = finite[triangles].all(axis=1)
         read.warn(
-            f"Object '{evaluated.name}': {int((~good).sum())} triangles with vertices that are not "
-            "finite are left out, as in Cycles"
+            remark(
+                thing("Object", evaluated.name),
+                f"{int((~good).sum())} triangles with vertices that are not finite are "
+                "left out, as in Cycles",
+            )
         )
         positions = np.where(finite[:, None], positions, np.float32(0))
         triangles, slots, normals = triangles[good], slots[good], normals[good]

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ...messages import thing
+from ...messages import remark, thing
 from ...problems import Problem
 from ..values import SceneValues
 
@@ -33,7 +33,9 @@ def is_read(evaluated: bpy.types.Object, original: bpy.types.Object, read: Scene
         return True
     title = thing("Object", original.name)
     if evaluated.type in _DRAWN:
-        read.warn(f"{title}: Blender draws its strokes over the picture of Cycles; left out here")
+        read.warn(
+            remark(title, "Blender draws its strokes over the picture of Cycles; left out here")
+        )
     elif evaluated.type not in _NO_SURFACE and _has_points(evaluated):
         kind = evaluated.type.lower()
         default = f"objects of type {kind} are not read", "hide it from renders"
@@ -81,8 +83,11 @@ def judge_camera_nodes(original: bpy.types.Object, read: SceneValues) -> None:
         tree = getattr(modifier, "node_group", None)
         if tree is not None and _asks_for_camera(tree, set()):
             read.warn(
-                f"Object '{original.name}': modifier '{modifier.name}' depends on the active "
-                "camera; its geometry is that of the scene's camera in every photo"
+                remark(
+                    thing("Object", original.name),
+                    f"modifier '{modifier.name}' depends on the active camera; its geometry "
+                    "is that of the scene's camera in every photo",
+                )
             )
 
 

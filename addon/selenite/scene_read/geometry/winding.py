@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...messages import remark, thing
 from ..values import MeshValues, SceneValues
 
 #: The part of the area that is named.
@@ -25,9 +26,12 @@ def warn_of_winding(read: SceneValues) -> None:
         count, part = against_winding(mesh)
         if users and part > _LEAST:
             read.warn(
-                f"Object '{users[0]}': the normals of {count} triangles point out of their backs, "
-                "where Cycles shows darker reflections than a fit: in Edit Mode recalculate the "
-                "normals outside, or clear the custom normals"
+                remark(
+                    thing("Object", users[0]),
+                    f"the normals of {count} triangles point out of their backs, where "
+                    "Cycles shows darker reflections than a fit: in Edit Mode recalculate "
+                    "the normals outside, or clear the custom normals",
+                )
             )
 
 

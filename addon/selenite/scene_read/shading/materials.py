@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import bpy
 
 from ... import parameters
-from ...messages import thing
+from ...messages import remark, thing
 from ...parameters import Parameter, Values
 from ...problems import Problem, Reason
 from .. import hosts
@@ -235,7 +235,9 @@ def _plain(
     assert room.approximations is not None  # noqa: S101 - the caller has asked
     cause = problems[0].cause
     room.approximations.append(
-        f"{title}: it is rendered as diffuse of its viewport colour and cannot be fitted: {cause}"
+        remark(
+            title, f"it is rendered as diffuse of its viewport colour and cannot be fitted: {cause}"
+        )
     )
     values = grey_material(name, tuple(material.diffuse_color[:3]))
     reason = Reason("the material is approximated", "use nodes that are read")
@@ -278,7 +280,7 @@ def _read_parameter(
     if source is None:
         socket = parameter.find(node) if hosts.flavour() in parameter.versions else None
         if socket is not None:  # linked
-            read.warnings.append(f"{title}: input '{socket.name}' is left out: {reason}")
+            read.warnings.append(remark(title, f"input '{socket.name}' is left out: {reason}"))
             read.owner.values[parameter.name] = (0.0,) * parameter.width
         return
     label = parameter.find(node).name
@@ -319,7 +321,7 @@ def _read_map(
     read.values.values[parameter.name] = textures.typical_value(parameter, found)
     excess = textures.excess(parameter, found)
     if excess:
-        read.warnings.append(f"{title}: input '{label}': {excess}")
+        read.warnings.append(remark(title, f"input '{label}': {excess}"))
 
 
 def _read_volume(material: bpy.types.Material, title: str, read: MaterialRead) -> None:

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from ... import parameters
-from ...messages import thing
+from ...messages import remark, thing
 from ...parameters import Values
 from ...problems import Problem, Reason
 from ..values import BackdropValues, Owner, WorldValues
@@ -352,10 +352,12 @@ def _shown(
     width, height = seen.size
     size = f"{width} x {height} pixels"
     if view.rays == LIGHT:
-        warnings.append(f"{title}: its nodes are evaluated by Cycles to a panorama of {size}")
+        warnings.append(remark(title, f"its nodes are evaluated by Cycles to a panorama of {size}"))
     else:
         rays = view.rays.name
-        warnings.append(f"{title}: Cycles evaluates what {rays} see of it to a panorama of {size}")
+        warnings.append(
+            remark(title, f"Cycles evaluates what {rays} see of it to a panorama of {size}")
+        )
     return BackdropValues(kinds, seen.pixels, np.eye(3), False, seen.sun)
 
 
@@ -369,9 +371,9 @@ def _environment_image(
     title = thing("Image", image.name)
     pixels = images.read_pixels(image)
     if pixels.encoded:
-        warnings.append(f"{title}: sRGB environment, decoded before it is interpolated")
+        warnings.append(remark(title, "sRGB environment, decoded before it is interpolated"))
     if node.interpolation != "Linear":
-        warnings.append(f"{title}: interpolated linearly, not by {node.interpolation}")
+        warnings.append(remark(title, f"interpolated linearly, not by {node.interpolation}"))
     color = np.ascontiguousarray(pixels.decoded(), np.float32)
     if not np.isfinite(color).all():
         raise Unreadable(title, "its pixels are infinite once they are decoded", "repair the image")
