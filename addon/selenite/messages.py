@@ -55,9 +55,10 @@ def remark(about: str, text: str, separator: str = ": ") -> str:
 
 
 def subject(text: str) -> tuple[str, str]:
-    """(kind in small letters, name) of what a remark is about; ("", "") of another text."""
+    """(kind in small letters, name) of what a remark is about, or of a thing itself; ("", "") of
+    another text."""
     about = text.arguments.get("about") if isinstance(text, Message) else None
-    return named(about) if isinstance(about, str) else ("", "")
+    return subject(about) if isinstance(about, str) else named(text)
 
 
 def control(name: str, option: str) -> str:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
+from .messages import remark
+
 if TYPE_CHECKING:
     from . import _core, _image
 
@@ -25,7 +27,7 @@ class Problem:
 
     def line(self) -> str:
         """The problem as one line of text."""
-        return " ".join(f"{self.object}: {self.cause}; {self.cure}".split())
+        return remark(self.object, " ".join(f"{self.cause}; {self.cure}".split()))
 
     def as_json(self) -> dict[str, str]:
         """Keys object, cause, cure."""

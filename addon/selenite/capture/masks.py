@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..messages import remark, thing
+from ..messages import phrase, remark, thing
 from ..problems import Problem
 from .background import Background
 from .request import CaptureRequest
@@ -31,7 +31,9 @@ def background_of(request: CaptureRequest, problems: list[Problem]) -> Backgroun
         return Background.from_text(request.background)
     except ValueError as error:
         title = thing("Photo", request.photo)
-        problems.append(Problem(f"{title}, background", str(error), _BORDER_CURE))
+        problems.append(
+            Problem(phrase("{about}, background", about=title), str(error), _BORDER_CURE)
+        )
         return None
 
 

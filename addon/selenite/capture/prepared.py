@@ -285,7 +285,7 @@ def _titles(request: CaptureRequest) -> tuple[str, str, str]:
     return (
         thing("Photo", request.photo),
         thing("Mask", request.mask),
-        f"Exclude '{request.exclude}'",
+        thing("Exclude", request.exclude),
     )
 
 

@@ -83,7 +83,7 @@ class CaptureRequest:
         if self.mask:
             found[thing("Mask", self.mask)] = self.mask
         if self.exclude:
-            found[f"Exclude '{self.exclude}'"] = self.exclude
+            found[thing("Exclude", self.exclude)] = self.exclude
         if self.response_file:
             found[f"Response '{self.response}'"] = self.response
         return found

@@ -121,9 +121,9 @@ def time_text(seconds: float | None) -> str:
         return message("overall.min-left", "{minutes} min left", minutes=minutes)
     return message(
         "overall.h-min-left",
-        "{minutes} h {minutes2} min left",
-        minutes=minutes // 60,
-        minutes2=minutes % 60,
+        "{hours} h {minutes} min left",
+        hours=minutes // 60,
+        minutes=minutes % 60,
     )
 
 

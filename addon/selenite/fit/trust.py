@@ -237,10 +237,10 @@ def _under_texels(unknown: Unknown, result: dict[str, Any]) -> list[str]:
     return [
         message(
             "trust.interval-takes-texels-light",
-            "the interval takes the {rows} texels of {environment} for the light: "
+            "the interval takes the {count} texels of {environment} for the light: "
             "fit again with another number of them, and do not rely on a value that"
             " changes",
-            rows=rows * columns,
+            count=rows * columns,
             environment=ENVIRONMENT,
         )
     ]
@@ -322,9 +322,9 @@ def sentences(plan: FitPlan, result: dict[str, Any], *, intervals: bool = True) 
         lines.append(
             message(
                 "trust.alternative-minimum-equivalent-within",
-                "Alternative minimum, equivalent within noise: {all_of_it}. Decide by "
+                "Alternative minimum, equivalent within noise: {values}. Decide by "
                 "eye, or take another photo, more samples or larger pictures",
-                all_of_it=all_of_it,
+                values=all_of_it,
             )
         )
     if result.get("kept_start"):

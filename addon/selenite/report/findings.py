@@ -167,9 +167,9 @@ def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) ->
         count = (
             message(
                 "findings.values",
-                "{count} of {count2} values are",
+                "{count} of {all} values are",
                 count=len(undecided),
-                count2=len(found),
+                all=len(found),
             )
             if len(found) > 1
             else message("findings.value", "the value is")

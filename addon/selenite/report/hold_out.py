@@ -141,8 +141,8 @@ def percent(found: Mapping[str, Any]) -> str:
     if error is None:
         return message(
             "hold_out.at-most-hidden-noise",
-            "at most {found} %, hidden by noise",
-            found=f"{100 * found['at_most']:.2g}",
+            "at most {percent} %, hidden by noise",
+            percent=f"{100 * found['at_most']:.2g}",
         )
     return f"{100 * error:.3g} %"
 

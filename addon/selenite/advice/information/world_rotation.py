@@ -152,19 +152,19 @@ def said(search: RotationSearch) -> list[str]:
     lines = [
         message(
             "world_rotation.rotation-degrees-about-z",
-            "rotation {degrees} degrees about Z, strength {strength}: {left} % of "
+            "rotation {angle} degrees about Z, strength {strength}: {percent} % of "
             "the photos' brightness is left",
-            degrees=f"{math.degrees(found.angle):.1f}",
+            angle=f"{math.degrees(found.angle):.1f}",
             strength=f"{search.strength:.4g}",
-            left=f"{left:.1f}",
+            percent=f"{left:.1f}",
         )
     ]
     if found.other is not None:
         lines.append(
             message(
                 "world_rotation.degrees-explain-photos-nearly",
-                "{degrees} degrees explain the photos nearly as well; compare both by eye",
-                degrees=f"{math.degrees(found.other):.0f}",
+                "{angle} degrees explain the photos nearly as well; compare both by eye",
+                angle=f"{math.degrees(found.other):.0f}",
             )
         )
     return lines

@@ -81,10 +81,10 @@ def advice(found: Suggestion) -> list[str]:
             message(
                 "report.no-place-adds-much",
                 "No place adds much to the photos: the best, {place}, shrinks the "
-                "errors by {exp} %; another light may, or a fixed value for a parameter"
+                "errors by {percent} %; another light may, or a fixed value for a parameter"
                 " that others compensate for",
                 place=place,
-                exp=f"{100 * (1 - math.exp(-best.gain)):.0f}",
+                percent=f"{100 * (1 - math.exp(-best.gain)):.0f}",
             )
         ]
     else:
@@ -116,8 +116,8 @@ def advice(found: Suggestion) -> list[str]:
         lines.append(
             message(
                 "report.lights-next-photo-taken",
-                "The lights of a next photo are taken as in most: {described}",
-                described=described(found.lights),
+                "The lights of a next photo are taken as in most: {lights}",
+                lights=described(found.lights),
             )
         )
     left = [
@@ -205,9 +205,9 @@ def _shrinks(name: str, factor: float) -> str:
         return message("report.halves-uncertainty", "halves the uncertainty of {name}", name=name)
     return message(
         "report.shrinks-uncertainty",
-        "shrinks the uncertainty of {name} to {factor} %",
+        "shrinks the uncertainty of {name} to {percent} %",
         name=name,
-        factor=f"{100 * factor:.0f}",
+        percent=f"{100 * factor:.0f}",
     )
 
 

@@ -151,10 +151,10 @@ class Estimate:
             if self._photos.relative >= RELATIVE[1]:
                 self.remark = message(
                     "expected.photos-differ-from-render",
-                    "The photos differ from the render at these values by {relative} % of "
+                    "The photos differ from the render at these values by {percent} % of "
                     "their brightness or more. Errors hold near the right values: estimate "
                     "again after the fit",
-                    relative=f"{100 * RELATIVE[1]:.0f}",
+                    percent=f"{100 * RELATIVE[1]:.0f}",
                 )
         for name, preset in choices.preset_settings(self._settings).items():
             errors = () if self._photos is None else errors_of(self._photos, preset)

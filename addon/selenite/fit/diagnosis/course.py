@@ -160,14 +160,14 @@ def drifting(history: History, limits: Sequence[Limits]) -> list[str]:
                 found.append(
                     message(
                         "course.moved-towards-iterations-without",
-                        "{label} = {values} has moved towards its {word} {bound} for "
-                        "{drift_for} iterations without slowing down: check whether light, "
+                        "{label} = {value} has moved towards its {word} {bound} for "
+                        "{count} iterations without slowing down: check whether light, "
                         "exposure and the other parameters are right",
                         label=label,
-                        values=f"{values[-1]:.3g}",
+                        value=f"{values[-1]:.3g}",
                         word=trust.BOUNDS[word],
                         bound=f"{bound:g}",
-                        drift_for=_DRIFT_FOR,
+                        count=_DRIFT_FOR,
                     )
                 )
     return found
@@ -183,13 +183,13 @@ def loss_flat(history: History) -> list[str]:
     return [
         message(
             "course.loss-not-fallen-iterations",
-            "The loss has not fallen in {iteration} iterations ({loss} at first, "
-            "{loss2} now): what is fitted does not explain the difference; compare "
+            "The loss has not fallen in {iteration} iterations ({first} at first, "
+            "{now} now): what is fitted does not explain the difference; compare "
             "photo and render, and check camera, light and which photo belongs to "
             "which camera",
             iteration=iteration[-1],
-            loss=f"{loss[0]:.3g}",
-            loss2=f"{loss[-1]:.3g}",
+            first=f"{loss[0]:.3g}",
+            now=f"{loss[-1]:.3g}",
         )
     ]
 
@@ -220,13 +220,13 @@ def still_falling(result: FitResult) -> list[str]:
     return [
         message(
             "course.loss-still-falling-when",
-            "The loss was still falling when the iterations ended ({loss} at "
-            "iteration {iteration}, {loss2} at {iteration2}): the values have not "
+            "The loss was still falling when the iterations ended ({before} at "
+            "iteration {iteration}, {now} at {last}): the values have not "
             "converged; give more Iterations, such as {iterations}, and fit again",
-            loss=f"{loss[before]:.3g}",
+            before=f"{loss[before]:.3g}",
             iteration=iteration[before],
-            loss2=f"{loss[-1]:.3g}",
-            iteration2=iteration[-1],
+            now=f"{loss[-1]:.3g}",
+            last=iteration[-1],
             iterations=2 * iterations,
         )
     ]
@@ -247,8 +247,8 @@ def exposure(views: Sequence[View]) -> list[str]:
             if gain.max() > 1.05 * gain.min():
                 text = message(
                     "course.times-render-red-green",
-                    "{names} times the render in red, green, blue",
-                    names=", ".join(f"{g:.2f}" for g in gain),
+                    "{factors} times the render in red, green, blue",
+                    factors=", ".join(f"{g:.2f}" for g in gain),
                 )
             parts.append(
                 message(
@@ -303,10 +303,10 @@ def misaligned(views: Sequence[View], *, transmits: bool = False, rims: bool = T
         return [
             message(
                 "course.photos-such-as-lie",
-                "{found} of {count} photos, such as {names}, lie beside their render or "
+                "{beside} of {all} photos, such as {names}, lie beside their render or "
                 "differ at the rim of their mask only: {cause}; {cure}",
-                found=len(shifted) + len(at_rim),
-                count=len(views),
+                beside=len(shifted) + len(at_rim),
+                all=len(views),
                 names=", ".join(names),
                 cause=cause,
                 cure=cure,
@@ -340,11 +340,11 @@ def misaligned(views: Sequence[View], *, transmits: bool = False, rims: bool = T
         found.append(
             message(
                 "course.difference-photo-lies-within",
-                "{share} of the difference of photo '{name}' lies within {rim_pixels} "
+                "{share} of the difference of photo '{name}' lies within {width} "
                 "pixels of its mask's rim, {of_pixels} of the pixels: {cause}; {cure}",
                 share=f"{share:.0%}",
                 name=name,
-                rim_pixels=_RIM_PIXELS,
+                width=_RIM_PIXELS,
                 of_pixels=f"{of_pixels:.0%}",
                 cause=cause,
                 cure=cure,
@@ -392,12 +392,12 @@ def hidden_loss(history: History, views: Sequence[View]) -> list[str]:
     return [
         message(
             "course.noise-hides-loss-at",
-            "Noise hides the loss: {loss} at first and {loss2} after {iteration} "
+            "Noise hides the loss: {first} at first and {now} after {iteration} "
             "iterations, both known to {error} only, and some values are not known;"
             " take four times the samples or larger pictures (Draft has few of "
             "both, to check the set-up)",
-            loss=f"{loss[0]:.2g}",
-            loss2=f"{loss[-1]:.2g}",
+            first=f"{loss[0]:.2g}",
+            now=f"{loss[-1]:.2g}",
             iteration=iteration[-1],
             error=f"{error[-1]:.2g}",
         )

@@ -54,8 +54,8 @@ def problems_of_darkness(
             thing("Photo", item.id),
             message(
                 "darkness.lights-give-no-light",
-                "its lights give no light ({described})",
-                described=described(item.lights),
+                "its lights give no light ({lights})",
+                lights=described(item.lights),
             ),
             cure,
         )

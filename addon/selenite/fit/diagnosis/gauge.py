@@ -54,9 +54,9 @@ class Gauge:
             names.append(
                 message(
                     "gauge.gain",
-                    "the gain{many} of {names}",
+                    "the gain{many} of {photos}",
                     many=many,
-                    names=" and ".join(self.captures),
+                    photos=" and ".join(self.captures),
                 )
             )
             cures.append(
@@ -81,9 +81,9 @@ class Gauge:
         *first, last = names
         return message(
             "gauge.compensate-each-other-photos",
-            "{names} and {last} compensate for each other: photos show only their "
+            "{first} and {last} compensate for each other: photos show only their "
             "product, so the brightness of each is open; {cures}",
-            names=joined(", ", first),
+            first=joined(", ", first),
             last=last,
             cures=joined(message("gauge.or", ", or "), cures),
         )
@@ -115,10 +115,10 @@ def _of_gains(values: SceneValues, captures: Sequence[Capture], names: Sequence[
     return [
         message(
             "gauge.gain-every-photo-free",
-            "The gain of every photo is free, and {bright} can compensate for it: "
+            "The gain of every photo is free, and {name} can compensate for it: "
             "only the prior of a gain (about 1, within a factor of two) holds the "
             "brightness; set the gain of one photo to none to hold it by that photo",
-            bright=bright[0],
+            name=bright[0],
         )
     ]
 
@@ -142,12 +142,12 @@ def _of_environment(values: SceneValues, names: Sequence[str]) -> list[str]:
     return [
         message(
             "gauge.compensate-each-other-since",
-            "{environment} and {names} compensate for each other, since no material"
+            "{environment} and {colours} compensate for each other, since no material"
             " or lamp in the scene is known: a brighter room with darker surfaces "
             "looks the same. Add a grey card or another known material to photos "
             "and scene, or fit one of the two",
             environment=ENVIRONMENT,
-            names=" and ".join(colours),
+            colours=" and ".join(colours),
         )
     ]
 

@@ -50,12 +50,12 @@ def light_in_the_dark(views: Sequence[View]) -> list[str]:
     return [
         message(
             "unlit.photos-their-bright-level",
-            "{count} of {count2} photos are {mean} of their bright level brighter "
+            "{count} of {all} photos are {share} of their bright level brighter "
             "than the render in places that it leaves dark: light comes through the"
             " body, or light of the room is missing; fit subsurface scattering or a"
             " medium (see Volumes in the manual), or World:strength",
             count=len(excess),
-            count2=len(views),
-            mean=f"{mean:.0%}",
+            all=len(views),
+            share=f"{mean:.0%}",
         )
     ]

@@ -81,19 +81,19 @@ class Examining:
                 if len(found) > before and not such:
                     such = message(
                         "examining.x-pixels",
-                        "'{id}' with {size} x {size2} pixels",
+                        "'{id}' with {width} x {height} pixels",
                         id=request.id,
-                        size=size[0],
-                        size2=size[1],
+                        width=size[0],
+                        height=size[1],
                     )
         found = [item for item in found if item.kind == ASPECT]
         if len(found) < 2:
             return found
         cause = message(
             "examining.not-shape-their-cameras",
-            "{count} of {count2} have not the shape that their cameras render",
+            "{count} of {all} have not the shape that their cameras render",
             count=len(found),
-            count2=len(self._requests),
+            all=len(self._requests),
         )
         return [
             Problem(

@@ -292,9 +292,9 @@ def _media(item: bpy.types.Object, unit: float, thickness: float) -> list[str]:
         if max(extinction) > 0:
             line += message(
                 "tools.mm",
-                "; {thickness} mm are {thickness2} of it",
+                "; {thickness} mm are {lengths} of it",
                 thickness=f"{thickness * unit * 1000:.4g}",
-                thickness2=f"{thickness * max(extinction):.3g}",
+                lengths=f"{thickness * max(extinction):.3g}",
             )
         lines.append(line)
     return lines

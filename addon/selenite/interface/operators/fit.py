@@ -327,8 +327,8 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         if last.work.trouble:
             text = message(
                 "fit.cannot-write-fitted-grids",
-                "Cannot write the fitted grids and images to '{output_folder}'",
-                output_folder=output_folder(scene),
+                "Cannot write the fitted grids and images to '{folder}'",
+                folder=output_folder(scene),
             )
             cure = "choose another folder below and save the result"
             announce(self, {"ERROR"}, f"{text}: {last.work.trouble}; {cure}")

@@ -111,17 +111,17 @@ def _lines(trade: Trade) -> list[str]:
     return [
         message(
             "time.error",
-            "{capitalize}: {mean} s, error {error}",
-            capitalize=row.choice.name.capitalize(),
-            mean=f"{row.mean('seconds'):.0f}",
+            "{preset}: {seconds} s, error {error}",
+            preset=row.choice.name.capitalize(),
+            seconds=f"{row.mean('seconds'):.0f}",
             error=f"{row.error():.3g}",
         )
         if row.runs
         else message(
             "time.not-run-about",
-            "{capitalize}: not run, about {expected_seconds} s",
-            capitalize=row.choice.name.capitalize(),
-            expected_seconds=f"{row.expected_seconds:.0f}",
+            "{preset}: not run, about {seconds} s",
+            preset=row.choice.name.capitalize(),
+            seconds=f"{row.expected_seconds:.0f}",
         )
         for row in trade.rows
         if row.choice.preset

@@ -374,9 +374,9 @@ def _moment_words(moments: Moments, row: int) -> str:
         return "fit"
     words = message(
         "view.iteration-2",
-        "iteration {iterations} of {iterations2}",
-        iterations=moments.iterations[row],
-        iterations2=moments.iterations[-1],
+        "iteration {iteration} of {last}",
+        iteration=moments.iterations[row],
+        last=moments.iterations[-1],
     )
     return (
         message("view.fitted-grids-images", "{words}, fitted grids and images", words=words)
