@@ -27,7 +27,9 @@ class Problem:
 
     def line(self) -> str:
         """The problem as one line of text."""
-        return remark(self.object, " ".join(f"{self.cause}; {self.cure}".split()))
+        plain = " ".join(self.object.split())
+        about = self.object if self.object == plain else plain
+        return remark(about, " ".join(f"{self.cause}; {self.cure}".split()))
 
     def as_json(self) -> dict[str, str]:
         """Keys object, cause, cure."""

@@ -17,7 +17,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite import cli  # noqa: E402
+from selenite import cli, native  # noqa: E402
 from selenite.commands import probe, terminal  # noqa: E402
 from selenite.commands.examples import EXAMPLES  # noqa: E402
 from selenite.fit.request import read_run  # noqa: E402

@@ -68,15 +68,9 @@ def findings(plan: FitPlan, result: dict[str, Any]) -> list[Finding]:
 
 def in_short(plan: FitPlan, result: dict[str, Any]) -> InShort:
     """Whether the photos are explained, which values are open, and the next thing to do."""
-    if result.get("kept_start") and not trust.matches(result):  # else the start was right
-        text = message(
-            "findings.nothing-better-than-start",
-            "Nothing better than the start was found: check lights, cameras and masks, then fit "
-            "again.",
-        )
-        return InShort(text, OPEN, is_wrong=True)
     icon, text = _verdict(plan, findings(plan, result), result)
-    return InShort(text, icon, _is_wrong(plan, result))
+    kept = bool(result.get("kept_start")) and not trust.matches(result)
+    return InShort(text, icon, kept or _is_wrong(plan, result))
 
 
 def left_open(result: dict[str, Any]) -> float:
@@ -96,6 +90,12 @@ def _is_wrong(plan: FitPlan, result: dict[str, Any]) -> bool:
 def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) -> tuple[str, str]:
     """(icon, sentence)"""
     fields = bool(plan.fields)
+    if result.get("kept_start") and not trust.matches(result):  # else the start was right
+        return OPEN, message(
+            "findings.nothing-better-than-start",
+            "Nothing better than the start was found: check lights, cameras and masks, then fit "
+            "again.",
+        )
     if still_falling(result):
         return WEAK, (
             message(

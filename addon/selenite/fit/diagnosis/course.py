@@ -303,9 +303,9 @@ def misaligned(views: Sequence[View], *, transmits: bool = False, rims: bool = T
         return [
             message(
                 "course.photos-such-as-lie",
-                "{beside} of {all} photos, such as {names}, lie beside their render or "
+                "{count} of {all} photos, such as {names}, lie beside their render or "
                 "differ at the rim of their mask only: {cause}; {cure}",
-                beside=len(shifted) + len(at_rim),
+                count=len(shifted) + len(at_rim),
                 all=len(views),
                 names=", ".join(names),
                 cause=cause,

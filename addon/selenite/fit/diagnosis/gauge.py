@@ -50,15 +50,11 @@ class Gauge:
         """What it means and what to do, in one sentence."""
         names, cures = list(self.parameters), []
         if self.captures:
-            many = "s" if len(self.captures) > 1 else ""
-            names.append(
-                message(
-                    "gauge.gain",
-                    "the gain{many} of {photos}",
-                    many=many,
-                    photos=" and ".join(self.captures),
-                )
-            )
+            photos = " and ".join(self.captures)
+            if len(self.captures) > 1:
+                names.append(message("gauge.gains", "the gains of {photos}", photos=photos))
+            else:
+                names.append(message("gauge.gain", "the gain of {photo}", photo=photos))
             cures.append(
                 message(
                     "gauge.give-one-photo-gain",
