@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import native
-from ..messages import joined, message
+from ..messages import control, joined, message
 from ..parameters import join_name
 from ..problems import listed
 from .diagnosis.gauge import ENVIRONMENT, gauges
@@ -237,9 +237,8 @@ def _under_texels(unknown: Unknown, result: dict[str, Any]) -> list[str]:
     return [
         message(
             "trust.interval-takes-texels-light",
-            "the interval takes the {count} texels of {environment} for the light: "
-            "fit again with another number of them, and do not rely on a value that"
-            " changes",
+            "the interval holds for the {count} texels of {environment}: fit again with "
+            "another number of them, and do not rely on a value that changes",
             count=rows * columns,
             environment=ENVIRONMENT,
         )
@@ -301,8 +300,8 @@ def sentences(plan: FitPlan, result: dict[str, Any], *, intervals: bool = True) 
         lines.append(
             message(
                 "trust.most-informative-next-photo",
-                "The most informative next photo: selenite next-camera RESULT_FOLDER, "
-                "or Suggest Next Camera in the panel",
+                "{next_camera} reports the most informative next photo",
+                next_camera=control("next-camera", "selenite next-camera RESULT_FOLDER"),
             )
         )
     lines += [gauge.text() for gauge in gauges(result)]

@@ -14,6 +14,7 @@ CONTROLS = {
     "fit": "tick",
     "fit-some": "tick parameters, or press Usual",
     "fit-others": "tick the others",
+    "next-camera": "Suggest Next Camera",
     "bake": "Bake Unreadable Nodes",
     "approximate": "Approximate Unreadable Materials",
     "resolution": "press Set Resolution, or give the photo Own Size",

@@ -55,7 +55,7 @@ def sentences(doubts: Mapping[str, str]) -> list[str]:
             message(
                 "aligned.align-ended-at-limit",
                 "Align ended at its limit of {limit} pixels for {names}: such a shift "
-                "takes up what something else is wrong by; {cure}",
+                "compensates for another error; {cure}",
                 limit=f"{_LIMIT:g}",
                 names=listed(at_limit),
                 cure=cure,
@@ -65,8 +65,8 @@ def sentences(doubts: Mapping[str, str]) -> list[str]:
         found.append(
             message(
                 "aligned.align-moves-farther-than",
-                "Align moves {names} farther than the other photos: such a shift takes "
-                "up what something else is wrong by; {cure}",
+                "Align moves {names} farther than the other photos: such a shift compensates "
+                "for another error; {cure}",
                 names=listed(apart),
                 cure=cure,
             )

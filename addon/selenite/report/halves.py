@@ -69,8 +69,8 @@ class Halves:
             )
         return message(
             "halves.two-halves-photos-differ",
-            "{name}: two halves of the photos differ by {mean} on its mean and by "
-            "{texels} texel by texel; {both} of what is seen is seen by both",
+            "{name}: two halves of the photos differ by {mean} on its mean and by {texels} "
+            "texel by texel; both see {both} of the seen texels",
             name=name,
             mean=f"{self.mean:.0%}",
             texels=f"{self.texels:.0%}",

@@ -183,10 +183,9 @@ def loss_flat(history: History) -> list[str]:
     return [
         message(
             "course.loss-not-fallen-iterations",
-            "The loss has not fallen in {iteration} iterations ({first} at first, "
-            "{now} now): what is fitted does not explain the difference; compare "
-            "photo and render, and check camera, light and which photo belongs to "
-            "which camera",
+            "The loss has not fallen in {iteration} iterations ({first} at first, {now} "
+            "now): the fitted parameters do not explain the difference; compare photo and "
+            "render, and check camera, light and the pairs of photo and camera",
             iteration=iteration[-1],
             first=f"{loss[0]:.3g}",
             now=f"{loss[-1]:.3g}",

@@ -101,19 +101,18 @@ def _of_gains(values: SceneValues, captures: Sequence[Capture], names: Sequence[
         return [
             message(
                 "gauge.gain-every-photo-free-2",
-                "The gain of every photo is free: only the prior of a gain (about 1, "
-                "within a factor of two) holds the brightness, unless the color of "
-                "{names} in the scene is right and counts in the photos; set the gain "
-                "of one photo to none to hold it by that photo",
+                "The gain of every photo is free: only the prior of a gain (about 1, within a "
+                "factor of two) holds the brightness, or the color of {names} in the scene if "
+                "it is right. Set the gain of one photo to none",
                 names=listed(known),
             )
         ]
     return [
         message(
             "gauge.gain-every-photo-free",
-            "The gain of every photo is free, and {name} can compensate for it: "
-            "only the prior of a gain (about 1, within a factor of two) holds the "
-            "brightness; set the gain of one photo to none to hold it by that photo",
+            "The gain of every photo is free, and {name} can compensate for it: only the "
+            "prior of a gain (about 1, within a factor of two) holds the brightness. Set "
+            "the gain of one photo to none",
             name=bright[0],
         )
     ]
