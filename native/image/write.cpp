@@ -96,7 +96,7 @@ void replace_file(const std::string& path, const char* content, std::size_t size
     std::filesystem::rename(temporary, target);
   } catch (const std::exception& error) {
     std::filesystem::remove(temporary, ignored);
-    refuse(path, "cannot be written: " + error.what(),
+    refuse(path, std::string("cannot be written: ") + error.what(),
            "check that the folder exists, is writable and has room");
   }
 }

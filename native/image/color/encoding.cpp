@@ -286,7 +286,7 @@ ColorEncoding color_encoding(const std::string& path, const Contents& contents, 
     if (grey && contents.format != FileFormat::kHdr) result.to_rec709 = kIdentity3;
     return result;
   } catch (const InvalidArgument& error) {
-    refuse(path, "has colours that cannot be converted: " + error.what(), kCure);
+    refuse(path, std::string("has colours that cannot be converted: ") + error.what(), kCure);
   }
 }
 
