@@ -204,7 +204,6 @@ def test_what_can_compensate_for_it_is_named() -> None:
 
 def test_what_is_not_determined_comes_with_where_to_find_the_next_photo() -> None:
     assert "selenite next-camera RESULT_FOLDER" in said(result())
-    assert "Suggest Next Camera" in said(result())
     all_known = result()
     all_known["report"]["parameters"]["Body:base_color"]["determined"] = [True] * 3
     assert "next-camera" not in said(all_known)
