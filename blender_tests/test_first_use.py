@@ -20,6 +20,7 @@ from selenite.interface.operators import presets
 from selenite.interface.output_folder import DEFAULT_FOLDER, output_folder
 from selenite.interface.problem_reports import thing_of
 from selenite.interface.request import FIT_SETTINGS
+from selenite.messages import unpacked
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]
 
@@ -57,7 +58,7 @@ def test_all_problems_stay_in_the_head_in_the_words_of_the_panel(tmp_path):
     assert "selenite.select_problem" in drawn and "--" not in drawn
     for item in bpy.context.view_layer.objects:
         item.select_set(False)
-    assert bpy.ops.selenite.select_problem(thing="Camera 'Camera'") == {"FINISHED"}
+    assert bpy.ops.selenite.select_problem(kind="camera", name="Camera") == {"FINISHED"}
     assert [item.name for item in bpy.context.selected_objects] == ["Camera"]
     assert bpy.ops.selenite.clear_problems() == {"FINISHED"}
     assert "Camera 'Camera'" not in draw(panels.SELENITE_PT_head)
@@ -80,7 +81,7 @@ def test_a_body_with_a_hole_is_named_once_with_a_button_that_fills_it(tmp_path):
     head = draw(panels.SELENITE_PT_head)
     assert head.count("selenite.close_body") == 1
     assert "no definite" not in draw(panels.SELENITE_PT_parameters).replace("\n", " ")
-    assert bpy.ops.selenite.close_body(thing="Object 'Body'") == {"FINISHED"}
+    assert bpy.ops.selenite.close_body(name="Body") == {"FINISHED"}
     assert "selenite.close_body" not in draw(panels.SELENITE_PT_head)
     edges = {tuple(sorted(edge)) for face in body.data.polygons for edge in face.edge_keys}
     assert len(body.data.polygons) > 120 and len(edges) == len(body.data.edges)
@@ -120,7 +121,7 @@ def test_the_rate_is_shown_where_adam_steps():
 def test_a_wrong_result_offers_to_compare_and_no_apply(tmp_path):
     _, settings = prepare_fit(tmp_path)  # a grey photo of a lit ball: nothing explains it
     assert bpy.ops.selenite.start() == {"FINISHED"}
-    assert settings.is_wrong and settings.verdict.startswith("Wrong camera or light?")
+    assert settings.is_wrong and unpacked(settings.verdict)[0].startswith("Wrong camera or light?")
     head = draw(panels.SELENITE_PT_head)
     assert "selenite.compare_pictures" in head and "selenite.apply" not in head
     (row,) = settings.results
@@ -132,11 +133,11 @@ def test_a_wrong_result_offers_to_compare_and_no_apply(tmp_path):
 
 def test_things_that_problems_name():
     made.studio()
-    assert thing_of("Material 'Body'") == bpy.data.materials["Body"]
-    assert thing_of("Parameter 'Body:ior'") == bpy.data.materials["Body"]
-    assert thing_of("Camera 'Camera'") == bpy.data.objects["Camera"]
-    assert thing_of("Fit") is None and thing_of("Material 'None such'") is None
-    assert bpy.ops.selenite.select_problem(thing="Material 'Body'") == {"FINISHED"}
+    assert thing_of("material", "Body") == bpy.data.materials["Body"]
+    assert thing_of("parameter", "Body:ior") == bpy.data.materials["Body"]
+    assert thing_of("camera", "Camera") == bpy.data.objects["Camera"]
+    assert thing_of("", "") is None and thing_of("material", "None such") is None
+    assert bpy.ops.selenite.select_problem(kind="material", name="Body") == {"FINISHED"}
     assert bpy.context.view_layer.objects.active.active_material == bpy.data.materials["Body"]
 
 
@@ -250,7 +251,7 @@ def test_a_result_says_how_sure_it_is(tmp_path):
     (row,) = settings.results
     assert row.sureness in {"SURE", "WEAK", "OPEN", "UNKNOWN"}
     drawn = " ".join(draw(panels.SELENITE_PT_result).split())
-    assert settings.verdict.split(":")[0][:20] in drawn
+    assert unpacked(settings.verdict)[0].split(":")[0][:20] in drawn
     assert "\u00b1" in drawn or row.sureness in {"OPEN", "UNKNOWN"}
     assert "Body: Base Color red" not in drawn  # the whole report is behind a triangle
     settings.show_report = True

@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Every text of the interface is there in every language of the add-on, and Blender shows it."""
 
-import ast
-import inspect
 import json
 
 import bpy
 import interface_texts
 import made_scenes as made
+import numpy as np
 import pytest
 
-from selenite.fit.plan import build_scene, paths_traced
+from selenite.capture.views import View
+from selenite.fit.diagnosis import course
+from selenite.fit.fields.base import ONE_START
+from selenite.fit.plan import build_scene
 from selenite.interface import problem_reports, properties, texts
 from selenite.interface.furniture.languages import TEXTS
-from selenite.problems import BadInput, refused
-from selenite.report import findings
+from selenite.messages import control, joined, thing
+from selenite.problems import BadInput, Problem, refused
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]
 
@@ -29,29 +31,6 @@ def test_a_language_is_complete(path):
     assert sorted(wanted - set(found)) == []
     for text, words in found.items():
         assert words and text.count("{}") == words.count("{}"), text
-
-
-@pytest.mark.parametrize("path", LANGUAGES, ids=lambda path: path.stem)
-def test_a_language_has_every_verdict(path):
-    found = json.loads(path.read_text(encoding="utf-8"))
-    function = inspect.getsource(findings._verdict)
-    (tree,) = ast.parse(function).body
-    sentences = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Constant) and str(node.value).rstrip().endswith("."):
-            sentences.add(node.value)
-        if isinstance(node, ast.JoinedStr):
-            parts = ["{}" if isinstance(x, ast.FormattedValue) else x.value for x in node.values]
-            sentences.add("".join(parts))
-    whole = {text for text in sentences if text[0].isupper() and "{}" not in text}
-    assert len(whole) >= 5 and whole <= set(found), whole - set(found)
-
-
-def test_numbers_of_a_sentence_stay(monkeypatch):
-    seen = []
-    monkeypatch.setattr(texts, "translated", lambda text: seen.append(text) or f"Nur {text}")
-    assert texts.translated_sentence("5.0 % of 3") == "Nur 5.0 % of 3"
-    assert seen == ["{} % of {}"]
 
 
 def test_every_operator_panel_and_setting_has_a_tooltip():
@@ -75,38 +54,34 @@ def test_blender_shows_german(german):
     assert bpy.app.translations.pgettext_iface("Start Fit") == "Anpassung starten"
 
 
-def test_what_a_fit_says_is_shown_in_german(german):
-    assert texts.shown("Camera 'Front'") == "Kamera „Front“"
-    assert texts.shown("Parameter 'A:ior': given twice; give it once") == (
-        "Parameter „A:ior“: zweimal angegeben; gib es einmal an"
-    )
+def test_a_message_is_shown_in_german_and_a_name_stays(german):
+    camera = thing("Camera", "left")
+    assert texts.shown(camera) == "Kamera „left“"
+    assert texts.shown(joined(": ", (camera, "odd"))) == "Kamera „left“: odd"
     bpy.context.preferences.view.language = "en_US"
-    assert texts.shown("Camera 'Front'") == "Camera 'Front'"
+    assert texts.shown(camera) == "Camera 'left'"
 
 
-_EXPOSURE = (
-    "Photo 'adam' is 2.00 times as bright as the render (99% of the difference): its exposure or "
-    "white balance is not the scene's; fit the light (World:strength, World:color) or take the "
-    "loss brightness-independent-mse"
-)
+def _exposure():
+    light = np.full((8, 8, 3), 0.5, np.float32)
+    return course.exposure([View("adam", 2 * light, np.ones((8, 8), np.float32), light)])[0]
 
 
-def test_losses_and_optimisers_are_called_as_in_the_panel():
-    shown = texts.shown(_EXPOSURE)
+def test_losses_are_called_as_in_the_panel():
+    said = _exposure()
+    assert said.endswith("or take the loss brightness-independent-mse")
+    shown = texts.shown(said)
     assert shown.endswith("or take the loss Brightness Independent")
-    assert "Photo 'adam'" in shown, "a photo has its name"
-    assert texts.shown("choose optimiser = 'adam'") == "choose optimiser = 'Adam'"
-    assert texts.shown("loss 'mse' needs 2") == "loss 'Mean Squared Error' needs 2"
-    assert texts.shown("File '/home/dual-buffer.exr'") == "File '/home/dual-buffer.exr'"
+    assert "'adam'" in shown, "a photo has its name"
     for name, title, help_text, _ in properties.LOSS_ITEMS:
-        assert texts.shown(f"loss '{name}'") == f"loss '{title}'"
+        assert texts.shown(control(f"loss.{name}", name)) == title
         assert not any("-" in one[0] and one[0] in help_text for one in properties.LOSS_ITEMS)
 
 
 def test_losses_are_called_as_in_the_panel_in_german(german):
-    assert texts.shown(_EXPOSURE).endswith("nimm das Fehlermaß Unabhängig von der Helligkeit")
-    chosen = "choose loss = 'dual-buffer' or a brighter photo"
-    assert texts.shown(chosen) == "wähle das Fehlermaß „Doppelpuffer“ oder ein helleres Foto"
+    shown = texts.shown(_exposure())
+    assert shown.startswith("Foto 'adam' ist 2.00 mal so hell wie der Render")
+    assert shown.endswith("nimm das Fehlermaß Unabhängig von der Helligkeit")
 
 
 class _Operator:
@@ -116,36 +91,33 @@ class _Operator:
         self.said = text
 
 
-def reported(work):
-    """What is reported of a request that the native module refuses."""
+def reported(*problems):
+    """What is reported of a request that is refused."""
     operator = _Operator()
-    with pytest.raises(BadInput) as error, refused("Scene", "correct the scene"):
-        work()
-    problem_reports.report_problems(operator, error.value)
+    problem_reports.report_problems(operator, BadInput(problems))
     return operator.said
 
 
-def test_what_the_native_module_refuses_is_reported_in_german(german, native):
-    """Of a scene, a render and a request. A lamp keeps its name, that of its parameter."""
+def test_a_problem_names_the_control_in_place_of_the_option(german):
+    problem = Problem(thing("Photo", "a.png"), "its start is there twice", ONE_START)
+    assert reported(problem) == (
+        "Foto „a.png“: its start is there twice; "
+        "schalte Eigener Start aus, oder beginne nicht mit einer Datei"
+    )
+    bpy.context.preferences.view.language = "en_US"
+    assert reported(problem) == (
+        "Photo 'a.png': its start is there twice; switch Own Start off, or do not start from a file"
+    )
+    assert problem.line().endswith("give --start or a file")
+
+
+def test_what_the_native_module_refuses_is_reported(native):
+    """A lamp keeps its name, that of its parameter; a scene stays English."""
     made.studio()
     made.light("power", energy=10)
     scene = build_scene(made.read())
-    assert reported(lambda: scene.with_values({("power", "gloss"): 1})) == (
-        "Szene: „power“ hat keinen Parameter „gloss“; vorhanden sind: 'power', 'color'"
-    )
-    assert reported(lambda: native.core().render(scene, "Camera", 8, 8, 0)) == (
-        "Rendern: Abtastwerte je Pixel = 0 ist nicht erlaubt; setze es auf [1, 1048576]"
-    )
-    assert reported(lambda: scene.with_lights({"lamps": 3})) == (
-        "Lichter: lamps = 3 ist von falscher Art oder außerhalb des Bereichs; berichtige die Szene"
-    )
-
-
-def test_why_paths_are_traced_one_at_a_time_is_shown_in_german(german):
-    made.principled(made.studio()).inputs["Alpha"].default_value = 0.5
-    made.light("Key", energy=10)
-    traced = paths_traced(build_scene(made.read()))
-    if "AVX2" not in traced:
-        assert texts.shown(f"Paths are traced {traced}") == (
-            "Pfade werden verfolgt: einzeln: Material „Body“ lässt Strahlen gerade hindurch (Alpha)"
-        )
+    with pytest.raises(BadInput) as error, refused("Scene", "correct the scene"):
+        scene.with_values({("power", "gloss"): 1})
+    (problem,) = error.value.problems
+    assert (problem.object, problem.cause) == ("Scene", "'power' has no parameter 'gloss'")
+    assert problem.cure == "it has: 'power', 'color'"

@@ -220,9 +220,9 @@ def test_a_wrong_lamp_is_named_and_a_right_one_is_not(tmp_path, capsys):
         status, report, printed = command(capsys, *words, *SHORT, f"--out={tmp_path / 'fits'}")
         assert status == 0, printed
         said = [text for text in report["warnings"] if "check the lights" in text]
-        assert [text.split(":")[0] for text in said] == [f"Photo '{name}'" for name in named]
+        assert [text.partition(" is ")[0] for text in said] == [f"Photo '{name}'" for name in named]
         for text in said:
-            assert "lamp 'Top' explains it better than lamp 'Right'" in text
+            assert "is better explained by lamp 'Top' than by lamp 'Right'" in text
             assert f"warning: {text}" in printed
 
 

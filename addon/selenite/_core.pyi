@@ -75,6 +75,14 @@ class ClosureValues(TypedDict):
     normal: NDArray[np.float64] | None
     tangent: NDArray[np.float64] | None
 
+class Problem:
+    @property
+    def object(self) -> str: ...
+    @property
+    def cause(self) -> str: ...
+    @property
+    def cure(self) -> str: ...
+
 class Cancelled(RuntimeError): ...
 
 class ProgressToken:

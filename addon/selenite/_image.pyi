@@ -18,6 +18,14 @@ FilePath = str | bytes | PathLike[str] | PathLike[bytes]
 # "srgb", "linear", an exponent, or rows (code value, red, green, blue)
 Response = str | float | Sequence[Sequence[float]]
 
+class Problem:
+    @property
+    def object(self) -> str: ...
+    @property
+    def cause(self) -> str: ...
+    @property
+    def cure(self) -> str: ...
+
 class PictureInfo(TypedDict):
     width: int
     height: int

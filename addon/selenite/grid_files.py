@@ -20,6 +20,7 @@ from typing import Literal
 import numpy as np
 
 from .atomic_files import write_bytes
+from .messages import thing
 from .paths import why_not_file
 from .problems import BadInput, Problem
 
@@ -42,7 +43,7 @@ _CURE = "give a whole .npy or .vol file of float numbers with 1 or 3 channels"
 def read(path: str) -> np.ndarray:
     """The grid of a file, (nz, ny, nx, channels) float32. Sizes are checked before memory is asked
     for. Raises BadInput."""
-    title = f"Grid '{path}'"
+    title = thing("Grid", path)
     readers = {".npy": _read_npy, ".vol": _read_vol}
     reader = readers.get(Path(path).suffix.lower())
     if reader is None:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
         __version__: str
         few_unknowns: int
+        Problem = _core.Problem
         Cancelled = _core.Cancelled
         ProgressToken = _core.ProgressToken
         Film = _core.Film
@@ -75,6 +76,7 @@ if TYPE_CHECKING:
 
         __version__: str
         largest_picture: int
+        Problem = _image.Problem
         probe = staticmethod(_image.probe)
         read = staticmethod(_image.read)
         read_at_size = staticmethod(_image.read_at_size)

@@ -3,10 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+from .messages import remark
+
+if TYPE_CHECKING:
+    from . import _core, _image
 
 
 @dataclass(frozen=True)
@@ -21,7 +27,9 @@ class Problem:
 
     def line(self) -> str:
         """The problem as one line of text."""
-        return " ".join(f"{self.object}: {self.cause}; {self.cure}".split())
+        plain = " ".join(self.object.split())
+        about = self.object if self.object == plain else plain
+        return remark(about, " ".join(f"{self.cause}; {self.cure}".split()))
 
     def as_json(self) -> dict[str, str]:
         """Keys object, cause, cure."""
@@ -32,6 +40,32 @@ def problems_in(report: Mapping[str, object]) -> list[Problem]:
     """Those of the key "problems" of a report, see `Problem.as_json`."""
     found = report.get("problems")
     return [Problem(**item) for item in found] if isinstance(found, list) else []
+
+
+class Reason(str):
+    """Why something cannot be, as "cause: cure"; empty where it can."""
+
+    __slots__ = ("cause", "cure")
+    cause: str
+    cure: str
+
+    def __new__(cls, cause: str = "", cure: str = "") -> Reason:
+        """cure: "" where nothing helps."""
+        self = super().__new__(cls, f"{cause}: {cure}" if cure else cause)
+        self.cause, self.cure = cause, cure
+        return self
+
+    def __reduce__(self) -> tuple[type[Reason], tuple[str, str]]:
+        """For copies and other processes."""
+        return Reason, (self.cause, self.cure)
+
+    def after(self, words: str) -> Reason:
+        """The same, with `words` before its cause."""
+        return Reason(f"{words}{self.cause}", self.cure) if self else self
+
+    def problem(self, title: str, cure: str) -> Problem:
+        """Of `title`; `cure` where there is no other."""
+        return Problem(title, self.cause, self.cure or cure)
 
 
 class BadInput(Exception):
@@ -70,24 +104,20 @@ def meant(wrong: str, names: Iterable[str]) -> str:
     return f"did you mean '{written[near[0]]}'? " if near else ""
 
 
-def problems_of(error: Exception, title: str, cure: str) -> list[Problem]:
-    """What the native module refuses, a problem for each line of it, read as "object: cause; cure";
-    `title` and `cure` stand in for what a line does not say."""
-    text = str(error.args[0]) if error.args else type(error).__name__
-    found = []
-    for line in text.splitlines():
-        name, colon, rest = line.partition(": ")
-        if not colon or ";" in name:
-            name, rest = title, line
-        cause, _, own = rest.partition("; ")
-        found.append(Problem(name, cause, own or cure))
-    return found or [Problem(title, "it is refused", cure)]
-
-
 @contextmanager
 def refused(title: str, cure: str) -> Iterator[None]:
-    """What the native module refuses inside becomes BadInput; see `problems_of`."""
+    """What a native module refuses inside becomes BadInput; `title` and `cure` stand in for what it
+    does not say."""
     try:
         yield
     except (ValueError, KeyError) as error:
-        raise BadInput(problems_of(error, title, cure)) from error
+        raise BadInput(
+            Problem(said.object or title, said.cause, said.cure or cure)
+            for said in native_problems(error)
+        ) from error
+
+
+def native_problems(error: Exception) -> Sequence[_core.Problem | _image.Problem | Problem]:
+    """What an error of a native module carries; of another error, its text."""
+    text = str(error.args[0] if isinstance(error, KeyError) and error.args else error)
+    return getattr(error, "problems", None) or [Problem("", text or type(error).__name__, "")]

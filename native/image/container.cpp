@@ -22,7 +22,7 @@ std::string unpacked_profile(const std::string& path, const FileView& chunk) {
       uncompress(reinterpret_cast<Bytef*>(profile.data()), &size,
                  reinterpret_cast<const Bytef*>(packed.data()) + name + 2,
                  static_cast<uLong>(packed.size() - name - 2)) != Z_OK)
-    refuse(path, "has a colour profile that is damaged; export it as sRGB");
+    refuse(path, "has a colour profile that is damaged", "export it as sRGB");
   profile.resize(size);
   return profile;
 }
@@ -30,11 +30,12 @@ std::string unpacked_profile(const std::string& path, const FileView& chunk) {
 void examine_png(const std::string& path, const FileView& view, Contents& contents) {
   contents.png = png_chunks(view);
   const PngChunks& png = contents.png;
-  if (png.bit_depth == 0) refuse(path, "is a PNG without a header; copy or export it again");
+  if (png.bit_depth == 0) refuse(path, "is a PNG without a header", "copy or export it again");
   if (png.palette)
-    refuse(path, "has a palette instead of colours; save it as RGB with 8 or 16 bits per channel");
+    refuse(path, "has a palette instead of colours",
+           "save it as RGB with 8 or 16 bits per channel");
   if (png.bit_depth < 8)
-    refuse(path, "has fewer than 8 bits per channel; save it with 8 or 16 bits");
+    refuse(path, "has fewer than 8 bits per channel", "save it with 8 or 16 bits");
   check_size(path, png.width, png.height, png.channels * png.bit_depth / 8);
   if (png.profile) contents.icc_profile = unpacked_profile(path, *png.profile);
   if (png.animated) contents.warnings.emplace_back("it is animated; its first frame is read");
@@ -54,7 +55,7 @@ void examine_jpeg(const std::string& path, const FileView& view, Contents& conte
     const int bytes = jpeg.components * (jpeg.progressive ? 3 : 1);
     check_size(path, jpeg.width, jpeg.height, bytes);
   }
-  if (!jpeg.profile) refuse(path, "has a colour profile that is damaged; export it as sRGB");
+  if (!jpeg.profile) refuse(path, "has a colour profile that is damaged", "export it as sRGB");
   contents.icc_profile = *jpeg.profile;
   if (jpeg.has_gain_map)
     contents.warnings.emplace_back(
@@ -73,12 +74,12 @@ void examine_radiance(const std::string& path, const FileView& view, Contents& c
   contents.radiance = radiance_header(view);
   const RadianceHeader& header = contents.radiance;
   if (header.scanlines == 0)
-    refuse(path, "has no line that gives its size, as in '-Y 480 +X 640'; export it again");
+    refuse(path, "has no line that gives its size, as in '-Y 480 +X 640'", "export it again");
   constexpr int kBytes = 3 * sizeof(float);
   check_size(path, header.scanline_length, header.scanlines, kBytes);
   if (header.format != "32-bit_rle_rgbe" && header.format != "32-bit_rle_xyze")
-    refuse(path, "says FORMAT=" + header.format.substr(0, 40) +
-                     "; 32-bit_rle_rgbe and 32-bit_rle_xyze are read: export it again");
+    refuse(path, "says FORMAT=" + header.format.substr(0, 40),
+           "32-bit_rle_rgbe and 32-bit_rle_xyze are read: export it again");
 }
 
 }  // namespace

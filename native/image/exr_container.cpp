@@ -41,11 +41,11 @@ void check_windows(const std::string& path, const ExrPart& part) {
   check_size(path, part.display.width(), part.display.height(), kBytes);
   if (part.tile_width > 0 || part.tile_height > 0)
     check_size(path, part.tile_width, part.tile_height, kBytes);
-  if (part.type.starts_with("deep")) refuse(path, "is a deep picture; save it flat");
+  if (part.type.starts_with("deep")) refuse(path, "is a deep picture", "save it flat");
   constexpr std::size_t kMostChannels = 1024;
   if (part.channels.size() > kMostChannels)
-    refuse(path,
-           "has " + std::to_string(part.channels.size()) + " channels; save R, G, B (and A) only");
+    refuse(path, "has " + std::to_string(part.channels.size()) + " channels",
+           "save R, G, B (and A) only");
 }
 
 std::size_t choose_part(const std::string& path, const std::vector<ExrPart>& parts) {
@@ -56,19 +56,19 @@ std::size_t choose_part(const std::string& path, const std::vector<ExrPart>& par
   };
   collect(has_rgb);
   if (found.empty() && std::any_of(parts.begin(), parts.end(), is_luminance_chroma))
-    refuse(path, "stores luminance and chroma (Y, RY, BY); save it as RGB");
+    refuse(path, "stores luminance and chroma (Y, RY, BY)", "save it as RGB");
   if (found.empty()) collect([](const ExrPart& part) { return !grey_channel(part).empty(); });
   std::vector<std::string> names;
   if (found.empty()) {
     for (const ExrPart& part : parts)
       for (const ExrChannel& channel : part.channels) names.push_back(channel.name);
-    refuse(path, "has no channels R, G, B or one grey channel but: " + names_of(names) +
-                     "; save it as plain RGB or RGBA (not multilayer)");
+    refuse(path, "has no channels R, G, B or one grey channel but: " + names_of(names),
+           "save it as plain RGB or RGBA (not multilayer)");
   }
   if (found.size() > 1) {
     for (const std::size_t i : found) names.push_back("'" + parts[i].name + "'");
-    refuse(path, "holds " + std::to_string(found.size()) + " pictures (" + names_of(names) +
-                     "); save the photo alone");
+    refuse(path, "holds " + std::to_string(found.size()) + " pictures (" + names_of(names) + ")",
+           "save the photo alone");
   }
   return found[0];
 }
@@ -84,12 +84,11 @@ void check_channels(const std::string& path, const ExrPart& part, Contents& cont
     const bool is_read = is_color || channel.name == "A";
     if (!is_read) unread.push_back(channel.name);
     if (is_read && (channel.x_sampling != 1 || channel.y_sampling != 1))
-      refuse(path, "stores channel " + channel.name +
-                       " with fewer pixels than the picture has; "
-                       "save it as plain RGB");
+      refuse(path, "stores channel " + channel.name + " with fewer pixels than the picture has",
+             "save it as plain RGB");
     constexpr int kWholeNumbers = 0;
     if (is_color && channel.type == kWholeNumbers)
-      refuse(path, "stores whole numbers; save it as half or float");
+      refuse(path, "stores whole numbers", "save it as half or float");
   }
   if (!unread.empty())
     contents.warnings.push_back("its further channels are not read: " + names_of(unread));
@@ -99,7 +98,7 @@ void check_channels(const std::string& path, const ExrPart& part, Contents& cont
 
 void examine_exr(const std::string& path, const FileView& view, Contents& contents) {
   const std::vector<ExrPart> parts = exr_parts(view);
-  if (parts.empty()) refuse(path, "has a damaged OpenEXR header; copy or export it again");
+  if (parts.empty()) refuse(path, "has a damaged OpenEXR header", "copy or export it again");
   for (const ExrPart& part : parts) check_windows(path, part);
   const std::size_t chosen = choose_part(path, parts);
   const ExrPart& part = parts[chosen];
@@ -115,8 +114,8 @@ void examine_exr(const std::string& path, const FileView& view, Contents& conten
                                 " times as wide as high; they are taken for those of the camera");
   const ExrWindow &data = part.data, &frame = part.display;
   if (data.x1 < frame.x0 || data.x0 > frame.x1 || data.y1 < frame.y0 || data.y0 > frame.y1)
-    refuse(path, "stores no pixel of its frame of " + size_text(frame.width(), frame.height()) +
-                     "; save the whole frame");
+    refuse(path, "stores no pixel of its frame of " + size_text(frame.width(), frame.height()),
+           "save the whole frame");
   if (data.x0 > frame.x0 || data.y0 > frame.y0 || data.x1 < frame.x1 || data.y1 < frame.y1)
     contents.warnings.push_back(
         "it stores " + size_text(data.width(), data.height()) + " pixels of a frame of " +

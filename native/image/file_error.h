@@ -2,20 +2,28 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <new>
 #include <stdexcept>
 #include <string>
 
+#include "math/fault.h"
+
 namespace selenite {
 
-/// A file that cannot be read or written; the message names file, cause and cure. Python: OSError.
+/// A file that cannot be read or written. Python: OSError.
 struct FileError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  /// cause: what follows the file's name in a sentence.
+  FileError(const std::string& path, const std::string& cause, const std::string& cure)
+      : std::runtime_error("'" + path + "' " + cause + "; " + cure),
+        fault(std::make_shared<const Fault>(Fault{path, cause, cure})) {}
+
+  std::shared_ptr<const Fault> fault;  ///< of the file; an error is copied without throwing
 };
 
-/// Refuses a file: `why` is cause and cure, and follows its name.
-[[noreturn]] inline void refuse(const std::string& path, const std::string& why) {
-  throw FileError("'" + path + "' " + why);
+[[noreturn]] inline void refuse(const std::string& path, const std::string& cause,
+                                const std::string& cure) {
+  throw FileError(path, cause, cure);
 }
 
 /// Runs `read` and names the file when memory runs out.
@@ -24,9 +32,9 @@ auto with_memory(const std::string& path, Read&& read) {
   try {
     return read();
   } catch (const std::bad_alloc&) {
-    refuse(path, "takes more memory than there is; scale it down or close other programs");
+    refuse(path, "takes more memory than there is", "scale it down or close other programs");
   } catch (const std::length_error&) {
-    refuse(path, "says it is larger than any memory; copy or export it again");
+    refuse(path, "says it is larger than any memory", "copy or export it again");
   }
 }
 

@@ -30,15 +30,18 @@ constexpr std::array kMagic{
 };
 constexpr std::size_t kSecondAt = 8;  // where a second signature stands
 
+struct Reason {
+  const char *cause, *cure;
+};
 /// Files that begin in a known way and are not read, with their name and how to read them.
 struct Refused {
   std::string_view bytes, second;
-  const char* why;
+  const Reason& why;
 };
-constexpr const char* kRaw =
-    "is a camera raw file; develop it in a raw developer, without a tone curve, to a 16-bit TIFF "
-    "or an EXR";
-constexpr const char* kHeif = "is a HEIF or AVIF picture; convert it to a 16-bit TIFF or PNG";
+constexpr Reason kRaw{
+    "is a camera raw file",
+    "develop it in a raw developer, without a tone curve, to a 16-bit TIFF or an EXR"};
+constexpr Reason kHeif{"is a HEIF or AVIF picture", "convert it to a 16-bit TIFF or PNG"};
 constexpr std::array kRefused{
     Refused{"II*\0"sv, "CR"sv, kRaw},
     Refused{"MM\0*"sv, "CR"sv, kRaw},
@@ -54,14 +57,14 @@ constexpr std::string_view kIsoMedia = "ftyp";  // behind the size of the first 
 constexpr std::size_t kIsoMediaAt = 4;
 
 /// Why a file with this beginning is not read; nothing if it may be.
-const char* refusal(std::string_view head) {
+const Reason* refusal(std::string_view head) {
   for (const Refused& item : kRefused)
     if (head.starts_with(item.bytes) &&
         (item.second.empty() ||
          (head.size() > kSecondAt && head.substr(kSecondAt).starts_with(item.second))))
-      return item.why;
+      return &item.why;
   if (head.size() > kSecondAt && head.substr(kIsoMediaAt).starts_with(kIsoMedia))
-    return head.substr(kSecondAt).starts_with("crx") ? kRaw : kHeif;
+    return head.substr(kSecondAt).starts_with("crx") ? &kRaw : &kHeif;
   return nullptr;
 }
 
@@ -86,22 +89,22 @@ FileFormat recognise(const std::string& path) {
   const std::filesystem::path file = path_from_utf8(path);
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status))
-    throw FileError("'" + path + "' does not exist; choose the photo again");
+  if (!std::filesystem::exists(status)) refuse(path, "does not exist", "choose the photo again");
   if (!std::filesystem::is_regular_file(status))  // a pipe would hang, a folder has no bytes
-    throw FileError("'" + path + "' is not a file; choose a photo");
+    refuse(path, "is not a file", "choose a photo");
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw FileError("'" + path + "' cannot be opened; check its permissions");
+  if (!stream) refuse(path, "cannot be opened", "check its permissions");
   std::array<char, 32> bytes{};
   stream.read(bytes.data(), bytes.size());
   const std::string_view head(bytes.data(), static_cast<std::size_t>(stream.gcount()));
-  if (head.empty()) throw FileError("'" + path + "' is empty; copy the photo again");
-  if (const char* why = refusal(head)) refuse(path, why);
+  if (head.empty()) refuse(path, "is empty", "copy the photo again");
+  if (const Reason* why = refusal(head)) refuse(path, why->cause, why->cure);
   for (const Magic& magic : kMagic)
     if (head.starts_with(magic.bytes)) return magic.format;
-  throw FileError("'" + path +
-                  "' holds no PNG, JPEG, TIFF, OpenEXR or Radiance HDR picture (judged by its "
-                  "content, not by its name); convert it to one of these");
+  refuse(path,
+         "holds no PNG, JPEG, TIFF, OpenEXR or Radiance HDR picture (judged by its content, not by "
+         "its name)",
+         "convert it to one of these");
 }
 
 }  // namespace selenite

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "image/limits.h"
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 
@@ -30,14 +30,15 @@ std::vector<AreaSpan> area_spans(int in, int out) {
 std::vector<float> resize(const float* pixels, int width, int height, int channels, int new_width,
                           int new_height) {
   if (width < 1 || height < 1 || channels < 1)
-    throw InvalidArgument("resize: a picture of " + std::to_string(width) + " x " +
-                          std::to_string(height) + " x " + std::to_string(channels) +
-                          " holds nothing; every size must be at least 1");
+    throw Refused("resize",
+                  "a picture of " + std::to_string(width) + " x " + std::to_string(height) + " x " +
+                      std::to_string(channels) + " holds nothing",
+                  "every size must be at least 1");
   if (new_width < 1 || new_height < 1 ||
       static_cast<std::int64_t>(new_width) * new_height > kLargestPicture)
-    throw InvalidArgument("resize: new size " + std::to_string(new_width) + " x " +
-                          std::to_string(new_height) +
-                          " must be at least 1 x 1 and at most 100 megapixels");
+    throw Refused("resize", "new size " + std::to_string(new_width) + " x " +
+                                std::to_string(new_height) +
+                                " must be at least 1 x 1 and at most 100 megapixels");
   const std::size_t row = static_cast<std::size_t>(width) * channels;
   const std::vector<AreaSpan> across = area_spans(width, new_width);
   const std::vector<AreaSpan> down = area_spans(height, new_height);

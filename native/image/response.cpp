@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
@@ -29,11 +29,10 @@ TransferCurve curve_of(const std::vector<std::array<double, 4>>& rows, std::size
 
 Response table_response(const std::vector<std::array<double, 4>>& rows) {
   const auto refuse = [](std::size_t row, const char* why) {
-    throw InvalidArgument("response: row " + std::to_string(row + 1) + " " + why);
+    throw Refused("response", "row " + std::to_string(row + 1) + " " + why);
   };
   if (rows.size() < 2)
-    throw InvalidArgument("response: a table has at least two rows, not " +
-                          std::to_string(rows.size()));
+    throw Refused("response", "a table has at least two rows, not " + std::to_string(rows.size()));
   for (std::size_t i = 0; i < rows.size(); ++i) {
     for (const double value : rows[i])
       if (!std::isfinite(value)) refuse(i, "holds a value that is not finite");

@@ -17,7 +17,7 @@ namespace selenite {
 namespace {
 
 constexpr std::string_view kXyze = "32-bit_rle_xyze", kRgbe = "32-bit_rle_rgbe";
-constexpr const char* kAgain = "; copy or export it again";
+constexpr const char* kAgain = "copy or export it again";
 
 /// Radiance stores scanlines along either axis, in either direction.
 template <class T>
@@ -89,25 +89,27 @@ Decoder::Decoder(const std::string& path, Contents& contents)
   // By plugin name: the extension plays no part, and no other decoder sees the file.
   input_->file = OIIO::ImageInput::create(format_name(contents.format));
   if (!input_->file)
-    refuse(path, std::string("is ") + format_name(contents.format) +
-                     ", which this OpenImageIO cannot read: " + OIIO::geterror());
+    refuse(path,
+           std::string("is ") + format_name(contents.format) +
+               ", which this OpenImageIO cannot read: " + OIIO::geterror(),
+           "convert it to another format");
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);  // of TIFF and PNG: values as they are
   OIIO::ImageSpec& spec = input_->spec;
   if (contents.format == FileFormat::kHdr && contents.radiance.format == kXyze) open_as_rgbe();
   if (!input_->file->open(path, spec, config) ||
       (contents.part > 0 && !input_->file->seek_subimage(contents.part, 0, spec)))
-    refuse(path, "cannot be read: " + input_->file->geterror() + kAgain);
+    refuse(path, "cannot be read: " + input_->file->geterror(), kAgain);
   if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.deep || spec.nchannels < 1)
-    refuse(path, "has no flat picture of at least 1 x 1 pixels; export it again");
+    refuse(path, "has no flat picture of at least 1 x 1 pixels", "export it again");
   const std::string color_space = spec.get_string_attribute("jpeg:ColorSpace");
   contents.cmyk |= color_space == "CMYK" || color_space == "YCbCrK";
 
   const auto base = spec.format.basetype;
   form_.is_float = spec.format.is_floating_point();
   if (!form_.is_float && base != OIIO::TypeDesc::UINT8 && base != OIIO::TypeDesc::UINT16)
-    refuse(path, "stores " + std::string(spec.format.c_str()) +
-                     " numbers; save it with 8 or 16 bits per channel or as float");
+    refuse(path, "stores " + std::string(spec.format.c_str()) + " numbers",
+           "save it with 8 or 16 bits per channel or as float");
   form_.bit_depth = static_cast<int>(spec.format.size()) * 8;
   form_.channels = spec.nchannels;
   form_.width = spec.width;
@@ -133,7 +135,7 @@ void Decoder::open_as_rgbe() {
   input_->memory =
       std::make_unique<OIIO::Filesystem::IOMemReader>(input_->bytes.data(), input_->bytes.size());
   if (!input_->file->set_ioproxy(input_->memory.get()))
-    refuse(path_, "is in XYZ (XYZE), which this OpenImageIO cannot read; save it as RGBE");
+    refuse(path_, "is in XYZ (XYZE), which this OpenImageIO cannot read", "save it as RGBE");
 }
 
 void Decoder::choose_channels(const Contents& contents) {
@@ -159,9 +161,10 @@ void Decoder::choose_channels(const Contents& contents) {
                                                           : spec.nchannels - (alpha >= 0 ? 1 : 0);
   const int needed = std::max(colors, alpha + 1);
   if ((colors != 1 && colors < 3) || spec.nchannels < needed)
-    refuse(path_,
-           "has " + std::to_string(spec.nchannels) +
-               " channels, which are neither grey nor R, G, B; save it as plain RGB or RGBA");
+    refuse(
+        path_,
+        "has " + std::to_string(spec.nchannels) + " channels, which are neither grey nor R, G, B",
+        "save it as plain RGB or RGBA");
   color_ = colors == 1 ? std::array<int, 3>{0, 0, 0} : std::array<int, 3>{0, 1, 2};
   alpha_ = alpha;
 }
@@ -186,7 +189,7 @@ void Decoder::fill(Samples& samples) {
   // Half a JPEG reads "ok", with grey filler; the error string is the only trace.
   const std::string error = input_->file->geterror();
   if (!ok || !error.empty())
-    refuse(path_, "is truncated or damaged" + (error.empty() ? "" : ": " + error) + kAgain);
+    refuse(path_, "is truncated or damaged" + (error.empty() ? "" : ": " + error), kAgain);
   if (contents_.format == FileFormat::kHdr) turn_upright(contents_.radiance, samples, values);
   if constexpr (std::is_floating_point_v<T>)
     if (samples.alpha >= 0) round_alpha(samples, values);

@@ -57,21 +57,25 @@ void check_raw(const std::string& path, const std::vector<TiffDirectory>& pages,
   if (!is_dng && !any(is_sensor_data)) return;
   std::string maker = pages[0].text(tiff_tag::kMake);
   std::erase_if(maker, [](char c) { return c < ' ' || c > '~' || c == '\''; });
-  refuse(path, std::string("is a camera raw file (") + (is_dng ? "DNG" : "sensor data") +
-                   (maker.empty() ? "" : " by " + maker) + ")" + kRawCure);
+  refuse(path,
+         std::string("is a camera raw file (") + (is_dng ? "DNG" : "sensor data") +
+             (maker.empty() ? "" : " by " + maker) + ")",
+         kRawCure);
 }
 
 void check_pages(const std::string& path, const std::vector<TiffDirectory>& pages,
                  const std::vector<TiffDirectory>& below, Contents& contents) {
   const TiffDirectory& first = pages[0];
   if (is_reduced(first))
-    refuse(path, "begins with a reduced copy of " + size_of(first) +
-                     " pixels (a thumbnail); save the photo alone");
+    refuse(path, "begins with a reduced copy of " + size_of(first) + " pixels (a thumbnail)",
+           "save the photo alone");
   for (const std::vector<TiffDirectory>* list : {&pages, &below})
     for (const TiffDirectory& page : *list)
       if (area(page) > area(first))
-        refuse(path, "holds a picture of " + size_of(page) + " pixels behind the first one of " +
-                         size_of(first) + "; save the photo alone");
+        refuse(path,
+               "holds a picture of " + size_of(page) + " pixels behind the first one of " +
+                   size_of(first),
+               "save the photo alone");
   const auto further = std::count_if(pages.begin() + 1, pages.end(), [](const TiffDirectory& page) {
     const auto type = page.integer(tiff_tag::kNewSubfileType).value_or(0);
     return !is_reduced(page) && (type & kMaskBit) == 0;
@@ -88,15 +92,16 @@ std::int64_t check_numbers(const std::string& path, const TiffDirectory& page,
   const auto format = page.integer(tiff_tag::kSampleFormat).value_or(kUnsigned);
   for (std::size_t i = 1; i < samples; ++i)
     if (page.integer(tiff_tag::kBits, i).value_or(bits) != bits)
-      refuse(path, "has channels of different depths; save it with 8 or 16 bits for each");
-  if (bits < 8) refuse(path, "has fewer than 8 bits per channel; save it with 8 or 16 bits");
+      refuse(path, "has channels of different depths", "save it with 8 or 16 bits for each");
+  if (bits < 8) refuse(path, "has fewer than 8 bits per channel", "save it with 8 or 16 bits");
   const bool is_integer = format == kUnsigned || format == kUndefined;
   const bool known = is_integer ? bits == 8 || bits == 10 || bits == 12 || bits == 14 || bits == 16
                                 : format == kFloat && (bits == 16 || bits == 32 || bits == 64);
   if (!known)
-    refuse(path, "stores " + std::to_string(bits) + "-bit numbers of sample format " +
-                     std::to_string(format) +
-                     "; save it with 8 or 16 bits per channel, or as 32-bit floats");
+    refuse(path,
+           "stores " + std::to_string(bits) + "-bit numbers of sample format " +
+               std::to_string(format),
+           "save it with 8 or 16 bits per channel, or as 32-bit floats");
   return static_cast<std::int64_t>((bits + 7) / 8);
 }
 
@@ -110,9 +115,9 @@ void read_extra_samples(const std::string& path, std::uint64_t samples, int colo
                         Contents& contents) {
   constexpr std::uint64_t kAssociated = 1, kUnassociated = 2;
   if (samples < static_cast<std::uint64_t>(colors))
-    refuse(path, "has " + std::to_string(samples) +
-                     " samples per pixel, fewer than its colours "
-                     "need; export it again");
+    refuse(path,
+           "has " + std::to_string(samples) + " samples per pixel, fewer than its colours need",
+           "export it again");
   std::string unnamed;
   for (std::uint64_t i = static_cast<std::uint64_t>(colors); i < samples; ++i) {
     const auto kind = contents.page
@@ -137,7 +142,7 @@ void read_extra_samples(const std::string& path, std::uint64_t samples, int colo
 void examine_tiff(const std::string& path, const FileView& view, Contents& contents) {
   const TiffFile file(view);
   const std::vector<TiffDirectory> pages = file.pages();
-  if (pages.empty()) refuse(path, "is a TIFF without a page; copy or export it again");
+  if (pages.empty()) refuse(path, "is a TIFF without a page", "copy or export it again");
   const std::vector<TiffDirectory> below = file.below(pages[0], tiff_tag::kSubDirectories);
   check_raw(path, pages, below);
   check_pages(path, pages, below, contents);
@@ -147,15 +152,16 @@ void examine_tiff(const std::string& path, const FileView& view, Contents& conte
 
   const std::uint64_t kind = photometric(contents.page);
   if (kind == kPalette)
-    refuse(path, "has a palette instead of colours; save it as RGB with 8 or 16 bits per channel");
+    refuse(path, "has a palette instead of colours",
+           "save it as RGB with 8 or 16 bits per channel");
   contents.cmyk = kind == kSeparated;
   if (kind != kWhiteIsZero && kind != kBlackIsZero && kind != kRgb && kind != kYCbCr &&
       !contents.cmyk)
-    refuse(path, "stores " + color_kind(kind) + "; save it as RGB");
+    refuse(path, "stores " + color_kind(kind), "save it as RGB");
   const auto samples = contents.page.integer(tiff_tag::kSamples).value_or(1);
   constexpr std::uint64_t kMostSamples = 64;
   if (samples > kMostSamples)
-    refuse(path, "has " + std::to_string(samples) + " channels; save R, G, B (and A) only");
+    refuse(path, "has " + std::to_string(samples) + " channels", "save R, G, B (and A) only");
   const std::int64_t bytes = check_numbers(path, contents.page, samples);
   const std::int64_t pixel = bytes * static_cast<std::int64_t>(std::max<std::uint64_t>(samples, 3));
   check_size(path, side(contents.page, tiff_tag::kWidth), side(contents.page, tiff_tag::kHeight),

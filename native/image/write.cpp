@@ -24,7 +24,7 @@
 
 #include "image/file_error.h"
 #include "image/limits.h"
-#include "math/error.h"
+#include "math/fault.h"
 #include "math/srgb.h"
 
 namespace selenite {
@@ -37,9 +37,10 @@ constexpr int kFastCompression = 3;
 void check_shape(const std::string& path, int width, int height, int channels) {
   if (width < 1 || height < 1 || channels < 1 ||
       static_cast<std::int64_t>(width) * height > kLargestPicture)
-    throw InvalidArgument("'" + path + "': a picture of " + std::to_string(width) + " x " +
-                          std::to_string(height) + " with " + std::to_string(channels) +
-                          " channels cannot be written; sizes from 1 to 100 megapixels can");
+    throw Refused("'" + path + "'",
+                  "a picture of " + std::to_string(width) + " x " + std::to_string(height) +
+                      " with " + std::to_string(channels) + " channels cannot be written",
+                  "sizes from 1 to 100 megapixels can");
 }
 
 /// A picture in memory: its encoders do not say whether a disk took all of a file.
@@ -69,7 +70,7 @@ void write_whole(const std::filesystem::path& path, const char* content, std::si
 #else
   std::FILE* file = std::fopen(path.c_str(), "wb");
 #endif
-  const auto fail = [](int code) { throw FileError(std::strerror(code)); };
+  const auto fail = [](int code) { throw std::runtime_error(std::strerror(code)); };
   if (file == nullptr) fail(errno);
   const bool is_written = std::fwrite(content, 1, size, file) == size && std::fflush(file) == 0;
   int code = is_written ? 0 : errno;
@@ -95,8 +96,8 @@ void replace_file(const std::string& path, const char* content, std::size_t size
     std::filesystem::rename(temporary, target);
   } catch (const std::exception& error) {
     std::filesystem::remove(temporary, ignored);
-    throw FileError("'" + path + "' cannot be written: " + error.what() +
-                    "; check that the folder exists, is writable and has room");
+    refuse(path, std::string("cannot be written: ") + error.what(),
+           "check that the folder exists, is writable and has room");
   }
 }
 
@@ -125,9 +126,10 @@ void write_exr(const std::string& path, const float* pixels, int width, int heig
   if (names.empty()) names = default_names(channels);
   if (static_cast<int>(names.size()) != channels ||
       names.size() != std::set(names.begin(), names.end()).size())
-    throw InvalidArgument("'" + path + "': " + std::to_string(channels) +
-                          " channels need as many different names, not " +
-                          std::to_string(names.size()) + "; give channel_names");
+    throw Refused("'" + path + "'",
+                  std::to_string(channels) + " channels need as many different names, not " +
+                      std::to_string(names.size()),
+                  "give channel_names");
   Imf::Header header(width, height);
   header.compression() = Imf::ZIP_COMPRESSION;
   Imf::FrameBuffer buffer;
@@ -153,15 +155,15 @@ void write_png(const std::string& path, const float* pixels, int width, int heig
                int bit_depth) {
   check_shape(path, width, height, channels);
   if (channels != 1 && channels != 3)
-    throw InvalidArgument("'" + path + "': PNG is written with 1 or 3 channels, not " +
-                          std::to_string(channels));
+    throw Refused("'" + path + "'",
+                  "PNG is written with 1 or 3 channels, not " + std::to_string(channels));
   if (bit_depth != 8 && bit_depth != 16)
-    throw InvalidArgument("'" + path + "': bit_depth = " + std::to_string(bit_depth) +
-                          " must be 8 or 16");
+    throw Refused("'" + path + "'",
+                  "bit_depth = " + std::to_string(bit_depth) + " must be 8 or 16");
   const std::size_t count = static_cast<std::size_t>(width) * height * channels;
   const auto file = OIIO::ImageOutput::create("png");
   const auto fail = [&](const std::string& why) {
-    throw FileError("'" + path + "' cannot be written: " + why + "; this OpenImageIO is at fault");
+    refuse(path, "cannot be written: " + why, "this OpenImageIO is at fault");
   };
   if (!file) fail(OIIO::geterror());
   const auto type = bit_depth == 8 ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::UINT16;

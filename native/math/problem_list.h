@@ -3,47 +3,52 @@
 
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 
-/// Everything that is wrong with an input, a line each: users mend all of it in one go.
+/// Texts and numbers, one after the other.
+template <class... Parts>
+std::string joined(const Parts&... parts) {
+  std::ostringstream text;
+  (text << ... << parts);
+  return text.str();
+}
+
+/// Everything that is wrong with an input: users mend all of it in one go.
 class ProblemList {
  public:
-  template <class... Parts>
-  void add(const Parts&... parts) {
+  void add(Fault fault) {
     only_names_ = false;
-    append(parts...);
+    faults_.push_back(std::move(fault));
   }
-  /// A name that does not exist.
-  void add_name(const std::string& message) { append(message); }
   /// Calls `check` and takes the problems that it raises.
   template <class Check>
   void collect(Check&& check) {
     try {
       check();
-    } catch (const UnknownName& error) {
-      add_name(error.what());
-    } catch (const InvalidArgument& error) {
-      add(error.what());
+    } catch (const NotFound& error) {
+      append(error.faults());
+    } catch (const Refused& error) {
+      only_names_ = false;
+      append(error.faults());
     }
   }
-  bool empty() const { return text_.str().empty(); }
-  /// Throws InvalidArgument, or UnknownName when names that do not exist are the only problem.
+  /// Throws Refused, or NotFound when names that do not exist are the only problem.
   void raise() const {
-    if (empty()) return;
-    if (only_names_) throw UnknownName(text_.str());
-    throw InvalidArgument(text_.str());
+    if (faults_.empty()) return;
+    if (only_names_) throw NotFound(faults_);
+    throw Refused(faults_);
   }
 
  private:
-  template <class... Parts>
-  void append(const Parts&... parts) {
-    if (!empty()) text_ << '\n';
-    (text_ << ... << parts);
+  void append(const std::vector<Fault>& more) {
+    faults_.insert(faults_.end(), more.begin(), more.end());
   }
-  std::ostringstream text_;
+  std::vector<Fault> faults_;
   bool only_names_ = true;
 };
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "math/error.h"
+#include "math/fault.h"
 #include "model/bsdf.h"
 
 namespace selenite {
@@ -71,9 +71,9 @@ struct Line {
     }
     for (const Vec3<S>& v : direction)
       if (!(std::abs(length(v) - 1) <= kUnitTolerance))
-        throw InvalidArgument("Probes: a direction has the length " + std::to_string(length(v)) +
-                              ", not 1");
-    if (direction[0].z == 0) throw InvalidArgument("Probes: wi lies in the surface");
+        throw Refused("Probes",
+                      "a direction has the length " + std::to_string(length(v)) + ", not 1");
+    if (direction[0].z == 0) throw Refused("Probes", "wi lies in the surface");
   }
 
  private:
@@ -127,7 +127,7 @@ ProbeTable::ProbeTable(Flavour::Version version, const std::vector<std::string>&
     const auto found =
         std::find_if(known.begin(), known.end(), [&](const auto& c) { return c.name == name; });
     if (found == known.end())
-      throw UnknownName("Probes: '" + name + "' is no column of numbers of this version");
+      throw NotFound("Probes", "'" + name + "' is no column of numbers of this version");
     columns_.push_back(*found);
     parameters_ += found->parameter;
   }
@@ -142,10 +142,10 @@ Flavour ProbeTable::flavour(std::uint8_t multi_ggx) const {
 void ProbeTable::check(const double* numbers, std::size_t line) const {
   for (std::size_t k = 0; k < columns_.size(); ++k)
     if (!(numbers[k] >= columns_[k].lower && numbers[k] <= columns_[k].upper))  // NaN as well
-      throw InvalidArgument("Probes: line " + std::to_string(line) + ": " + columns_[k].name +
-                            " = " + std::to_string(numbers[k]) + " lies outside [" +
-                            std::to_string(columns_[k].lower) + ", " +
-                            std::to_string(columns_[k].upper) + "]");
+      throw Refused("Probes", "line " + std::to_string(line) + ": " + columns_[k].name + " = " +
+                                  std::to_string(numbers[k]) + " lies outside [" +
+                                  std::to_string(columns_[k].lower) + ", " +
+                                  std::to_string(columns_[k].upper) + "]");
 }
 
 template <class S>

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "math/color.h"
-#include "math/error.h"
+#include "math/fault.h"
 #include "math/vec.h"
 #include "scene/transform.h"
 
@@ -31,8 +31,8 @@ void require_shape(const Array<T>& a, const std::string& what,
       s += (it == begin ? "" : ", ") + (*it < 0 ? "n" : std::to_string(*it));
     return s + ")";
   };
-  throw InvalidArgument(what + ": shape " + text(a.shape(), a.shape() + a.ndim()) + " given, " +
-                        text(shape.begin(), shape.end()) + " needed");
+  throw Refused(what, "shape " + text(a.shape(), a.shape() + a.ndim()) + " given, " +
+                          text(shape.begin(), shape.end()) + " needed");
 }
 
 /// Rows of an (n, k) array as n values of a plain struct of k scalars.
@@ -65,8 +65,7 @@ inline Transform transform_of(const Array<double>& a, const std::string& what) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 4; ++j) {
       t.m[i][j] = a.at(i, j);
-      if (!std::isfinite(t.m[i][j]))
-        throw InvalidArgument(what + ": an entry is not a finite number");
+      if (!std::isfinite(t.m[i][j])) throw Refused(what, "an entry is not a finite number");
     }
   return t;
 }

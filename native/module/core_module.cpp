@@ -4,6 +4,7 @@
 #include "math/error.h"
 #include "model/tables/albedo_tables.h"
 #include "module/bindings.h"
+#include "module/problem_binding.h"
 #include "scene/geometry.h"
 
 namespace py = pybind11;
@@ -54,12 +55,15 @@ PYBIND11_MODULE(_core, m) {
   py::register_exception_translator([](std::exception_ptr pointer) {
     try {
       if (pointer) std::rethrow_exception(pointer);
-    } catch (const selenite::UnknownName& error) {
-      PyErr_SetString(PyExc_KeyError, error.what());
+    } catch (const selenite::NotFound& error) {
+      selenite::set_error(PyExc_KeyError, error.what(), error.faults());
+    } catch (const selenite::Refused& error) {
+      selenite::set_error(PyExc_ValueError, error.what(), error.faults());
     } catch (const selenite::InvalidArgument& error) {
-      PyErr_SetString(PyExc_ValueError, error.what());
+      selenite::set_error(PyExc_ValueError, error.what(), {{"", error.what(), ""}});
     }
   });
+  selenite::bind_problem(m);
   py::register_exception<selenite::Cancelled>(m, "Cancelled", PyExc_RuntimeError);
   m.def("prepare", &selenite::AlbedoTables::prepare,
         "Begins what a first render waits for (half a second of tables), in a thread of its own.");

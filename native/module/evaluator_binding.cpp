@@ -42,7 +42,7 @@ PhotoJacobian jacobian(const PhotoScene& self, const Photo& photo,
                        const std::vector<UnknownParameter>& asked, int spp, std::uint64_t seed,
                        Progress* progress) {
   const Unknowns unknowns(self.scene, asked);
-  photo.lights.check(self.scene, "Photo '" + photo.id + "': ");
+  photo.lights.check(self.scene, "Photo '" + photo.id + "'");
   return interruptible(progress, [&](Progress* watched) {
     return photo_jacobian(self.scene, unknowns, photo,
                           render_settings(photo, self.sampling(spp, seed)), watched);
@@ -74,8 +74,8 @@ FieldShape image_of(const Scene& scene, const std::string& owner, const std::str
     const EnvironmentMap& image = scene.environment();
     return {EnvironmentRef{}, image.height(), image.width()};
   }
-  throw InvalidArgument("gradient: '" + parameter + "' is not an image; give " +
-                        std::string(kBaseColorTexture) + " or " + std::string(kEnvironment));
+  throw Refused("gradient", "'" + parameter + "' is not an image",
+                "give " + std::string(kBaseColorTexture) + " or " + std::string(kEnvironment));
 }
 
 /// A loss of what the photo shows, by what is rendered of it.
@@ -92,7 +92,7 @@ PixelLoss loss_of(const Photo& photo, bool squared) {
     };
   }
   if (photo.reference.empty())
-    throw InvalidArgument("gradient: photo '" + photo.id + "' has no pixels; give its reference");
+    throw Refused("gradient", "photo '" + photo.id + "' has no pixels", "give its reference");
   Picture reference = photo.reference;
   for (Colorf& pixel : reference) pixel = pixel / gain;
   return [error = squared_error(reference), square = gain * gain](std::size_t pixel,
@@ -109,14 +109,14 @@ std::pair<NamedFilm, py::array_t<double>> gradient(const PhotoScene& self, const
                                                    Progress* progress) {
   const FieldShape field = image_of(self.scene, owner, parameter);
   if (loss != "mean" && loss != "squared_error")
-    throw InvalidArgument("gradient: loss = '" + loss + "' is not mean or squared_error");
+    throw Refused("gradient", "loss = '" + loss + "' is not mean or squared_error");
   NamedFilm out;
   if (parameter == kBaseColorTexture)
     for (int c = 0; c < 3; ++c) {
       out.layout.rows.push_back({0, c, c});
       out.unknowns.emplace_back(owner, parameter, c);
     }
-  photo.lights.check(self.scene, "Photo '" + photo.id + "': ");
+  photo.lights.check(self.scene, "Photo '" + photo.id + "'");
   FieldGradient found = interruptible(progress, [&](Progress* watched) {
     return render_field_gradient(photo.lights.applied_to(self.scene), photo.camera_in(self.scene),
                                  {field.ref}, render_settings(photo, self.sampling(spp, seed)),

@@ -11,14 +11,6 @@ namespace selenite {
 struct FilePath {
   std::string text;
 };
-
-/// The text of an exception, which may hold such a name.
-inline void raise_os_error(const char* text) {
-  const pybind11::object words =
-      pybind11::reinterpret_steal<pybind11::object>(PyUnicode_DecodeFSDefault(text));
-  PyErr_SetObject(PyExc_OSError, words.ptr());
-}
-
 }  // namespace selenite
 
 namespace pybind11::detail {

@@ -38,10 +38,9 @@ FisherInformation information(const PhotoJacobian& seen, const std::optional<Arr
       picture ? *picture : Array<float>(picture_array(seen.mean, seen.width, seen.height));
   Photo photo = photo_of(shown, weight);
   if (photo.width != seen.width || photo.height != seen.height)
-    throw InvalidArgument("picture: " + std::to_string(photo.width) + " x " +
-                          std::to_string(photo.height) + " pixels given, " +
-                          std::to_string(seen.width) + " x " + std::to_string(seen.height) +
-                          " needed");
+    throw Refused("picture", std::to_string(photo.width) + " x " + std::to_string(photo.height) +
+                                 " pixels given, " + std::to_string(seen.width) + " x " +
+                                 std::to_string(seen.height) + " needed");
   check_photo(photo);
   const py::gil_scoped_release release;
   const auto& [of_brightness, absolute, shift] = model_error;

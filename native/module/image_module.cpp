@@ -15,10 +15,11 @@
 #include "image/resize.h"
 #include "image/working/working_size.h"
 #include "image/write.h"
-#include "math/error.h"
+#include "math/fault.h"
 #include "math/srgb.h"
 #include "module/file_path.h"
 #include "module/float_array.h"
+#include "module/problem_binding.h"
 
 namespace py = pybind11;
 using namespace pybind11::literals;
@@ -88,13 +89,13 @@ Response response_of(const ResponseArgument& argument) {
   TransferCurve curve;
   if (const auto* exponent = std::get_if<double>(&argument)) {
     if (!(*exponent > 0) || !std::isfinite(*exponent))
-      throw InvalidArgument("response: the exponent " + std::to_string(*exponent) +
-                            " is not permitted; give a finite number above 0");
+      throw Refused("response", "the exponent " + std::to_string(*exponent) + " is not permitted",
+                    "give a finite number above 0");
     curve = power_curve(*exponent);
   } else if (const std::string& name = std::get<std::string>(argument); name == "srgb") {
     curve = srgb_curve();
   } else if (name != "linear") {
-    throw InvalidArgument("response: '" + name + "' is not known; give srgb or linear");
+    throw Refused("response", "'" + name + "' is not known", "give srgb or linear");
   }
   Response response;
   response.curves.assign(3, curve);
@@ -105,8 +106,10 @@ Response response_of(const ResponseArgument& argument) {
 void limit(Response& response, const std::array<double, 2>& counted) {
   const auto [lowest, highest] = counted;
   if (!(lowest < highest))
-    throw InvalidArgument("counted: (" + std::to_string(lowest) + ", " + std::to_string(highest) +
-                          ") is not permitted; give the lower code value first");
+    throw Refused(
+        "counted",
+        "(" + std::to_string(lowest) + ", " + std::to_string(highest) + ") is not permitted",
+        "give the lower code value first");
   for (CodeRange& range : response.counted)
     range = {std::max(range.lowest, lowest), std::min(range.highest, highest)};
   response.finds_clipping = false;
@@ -232,10 +235,13 @@ PYBIND11_MODULE(_image, m) {
     try {
       if (pointer) std::rethrow_exception(pointer);
     } catch (const FileError& error) {
-      raise_os_error(error.what());
+      set_error(PyExc_OSError, error.what(), {*error.fault});
+    } catch (const Refused& error) {
+      set_error(PyExc_ValueError, error.what(), error.faults());
     }
   });
 
+  bind_problem(m);
   m.def("probe", &probe, "path"_a, py::kw_only(), "as_linear"_a = true,
         R"(What the header of a picture says, without reading its pixels.
 

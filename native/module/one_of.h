@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 
@@ -18,7 +18,7 @@ T one_of(const std::string& what, const std::string& value,
     if (value == name) return result;
     names += (names.empty() ? "" : ", ") + std::string(name);
   }
-  throw InvalidArgument(what + " = '" + value + "' is not one of " + names);
+  throw Refused("", what + " = '" + value + "' is not one of " + names);
 }
 
 }  // namespace selenite

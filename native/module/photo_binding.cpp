@@ -23,20 +23,20 @@ using Triple = std::array<double, 3>;
 
 /// Pixels and weights, (height, width, 3) and (height, width) float32.
 void take_pixels(Photo& photo, const py::object& reference, const py::object& weight) {
-  const std::string who = "Photo '" + photo.id + "': ";
-  const FloatArray pixels = float_array(reference, who + "reference");
+  const std::string who = "Photo '" + photo.id + "'";
+  const FloatArray pixels = float_array(reference, who + ": reference");
   if (pixels.ndim() != 3 || pixels.shape(2) != 3)
-    throw InvalidArgument(who + "reference has shape " + shape_text(pixels) +
-                          "; it must be (height, width, 3)");
+    throw Refused(who, "reference has shape " + shape_text(pixels),
+                  "it must be (height, width, 3)");
   photo.height = static_cast<int>(pixels.shape(0));
   photo.width = static_cast<int>(pixels.shape(1));
   photo.reference = colors_of(pixels);
   if (weight.is_none()) return;
-  const FloatArray weights = float_array(weight, who + "weight");
+  const FloatArray weights = float_array(weight, who + ": weight");
   if (weights.ndim() != 2 || weights.shape(0) != photo.height || weights.shape(1) != photo.width)
-    throw InvalidArgument(who + "weight has shape " + shape_text(weights) + "; it must be (" +
-                          std::to_string(photo.height) + ", " + std::to_string(photo.width) +
-                          ") as the reference");
+    throw Refused(who, "weight has shape " + shape_text(weights),
+                  "it must be (" + std::to_string(photo.height) + ", " +
+                      std::to_string(photo.width) + ") as the reference");
   photo.weight.assign(weights.data(), weights.data() + weights.size());
 }
 
@@ -54,8 +54,8 @@ Photo make_photo(const std::string& camera, const py::object& reference, const p
                  const FrameTuple& frame, const py::object& lights, const Triple& gain,
                  const std::string& free_gain, bool align, const Triple& alignment) {
   if (reference.is_none() == !size)
-    throw InvalidArgument("Photo '" + (id.empty() ? camera : id) +
-                          "': give its pixels, reference, or its size, (width, height)");
+    throw Refused("Photo '" + (id.empty() ? camera : id) + "'",
+                  "give its pixels, reference, or its size, (width, height)");
   Photo photo;
   photo.camera = camera;
   if (size) {

@@ -47,15 +47,17 @@ py::array_t<int> first_hits(const Scene& scene, const Array<double>& starts,
                             const Array<double>& ends) {
   const auto from = rows<Vec3d>(starts, "starts"), to = rows<Vec3d>(ends, "ends");
   if (from.size() != to.size())
-    throw InvalidArgument("first_hits: " + std::to_string(from.size()) + " starts and " +
-                          std::to_string(to.size()) + " ends; give as many of both");
+    throw Refused(
+        "first_hits",
+        std::to_string(from.size()) + " starts and " + std::to_string(to.size()) + " ends",
+        "give as many of both");
   py::array_t<int> found(static_cast<py::ssize_t>(from.size()));
   for (std::size_t i = 0; i < from.size(); ++i) {
     const Vec3d way = to[i] - from[i];
     const double distance = length(way);
     if (!(distance > 0) || !std::isfinite(distance))
-      throw InvalidArgument("first_hits: start and end " + std::to_string(i) +
-                            " are not two different finite points");
+      throw Refused("first_hits",
+                    "start and end " + std::to_string(i) + " are not two different finite points");
     const Ray ray{Vec3f(from[i] - scene.geometry->origin()), Vec3f(way / distance), 0,
                   static_cast<float>(distance)};
     const std::optional<Hit> hit = scene.geometry->intersect(ray, kCameraRay);

@@ -14,13 +14,13 @@ namespace {
 Flavour::Version version_of(const std::string& name) {
   if (name == "v1") return Flavour::Version::kV1;
   if (name == "v2") return Flavour::Version::kV2;
-  throw InvalidArgument("Probes: version '" + name + "' is neither v1 nor v2");
+  throw Refused("Probes", "version '" + name + "' is neither v1 nor v2");
 }
 
 Precision precision_of(const std::string& name) {
   if (name == "single") return Precision::kSingle;
   if (name == "double") return Precision::kDouble;
-  throw InvalidArgument("Probes: precision '" + name + "' is neither single nor double");
+  throw Refused("Probes", "precision '" + name + "' is neither single nor double");
 }
 
 py::list columns(const std::string& version) {

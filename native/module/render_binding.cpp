@@ -117,14 +117,13 @@ void bind_render(py::module_& m) {
                              [=](const NamedFilm& f) { return picture(f, root(f.film.variance)); })
       .def_property_readonly("half_a",
                              [=](const NamedFilm& f) { return picture(f, f.film.half_a); })
-      .def_property_readonly(
-          "half_b",
-          [=](const NamedFilm& f) {
-            if (f.film.spp < 2)
-              throw InvalidArgument(
-                  "Film: one sample a pixel has no second half; render with spp of at least 2");
-            return picture(f, half_b(f.film, f.film.mean, f.film.half_a));
-          })
+      .def_property_readonly("half_b",
+                             [=](const NamedFilm& f) {
+                               if (f.film.spp < 2)
+                                 throw Refused("Film", "one sample a pixel has no second half",
+                                               "render with spp of at least 2");
+                               return picture(f, half_b(f.film, f.film.mean, f.film.half_a));
+                             })
       .def_readonly("unknowns", &NamedFilm::unknowns,
                     "(owner, parameter, component) of every row of the Jacobian.")
       .def_property_readonly(

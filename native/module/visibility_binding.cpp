@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include "math/error.h"
+#include "math/fault.h"
 #include "module/arrays.h"
 #include "module/bindings.h"
 #include "scene/scene_builder.h"
@@ -28,7 +28,7 @@ std::vector<std::string> all_names() {
 
 ObjectFacts facts_of(const py::dict& values, const std::string& who) {
   const auto three = [&](const char* name) {
-    return color_of(values[name].cast<Array<double>>(), who + "facts: " + name);
+    return color_of(values[name].cast<Array<double>>(), who + ": facts: " + name);
   };
   const Color<double> location = three("location");
   return {Vec3f(Vec3d{location.r, location.g, location.b}), Colorf(three("color")),
@@ -39,7 +39,7 @@ ObjectFacts facts_of(const py::dict& values, const std::string& who) {
 template <class List>
 auto& at(List& list, int index, const char* what) {
   if (index < 0 || index >= static_cast<int>(list.size()))
-    throw InvalidArgument(std::string(what) + " " + std::to_string(index) + " was not added");
+    throw Refused("", std::string(what) + " " + std::to_string(index) + " was not added");
   return list[index];
 }
 
@@ -54,7 +54,7 @@ RayKinds kinds_of(const std::string& who, const std::vector<std::string>& names)
       if (name == called) kind = value;
       known += (known.empty() ? "" : ", ") + std::string(called);
     }
-    if (!kind) throw UnknownName(who + "visible_to has '" + name + "', which is none of " + known);
+    if (!kind) throw NotFound(who, "visible_to has '" + name + "', which is none of " + known);
     kinds |= kind;
   }
   return kinds;
@@ -67,11 +67,11 @@ void bind_visibility(py::class_<SceneBuilder>& builder) {
           [](SceneBuilder& b, const std::string& name, int mesh, const Array<double>& matrix,
              std::vector<int> materials, const std::vector<std::string>& visible_to, bool holdout,
              int lit_set, int shadow_set, std::uint64_t lit, const std::optional<py::dict>& facts) {
-            const std::string who = "Object '" + name + "': ";
+            const std::string who = "Object '" + name + "'";
             Instance object;
             object.name = name;
             object.mesh = mesh;
-            object.to_world = transform_of(matrix, who + "matrix");
+            object.to_world = transform_of(matrix, who + ": matrix");
             object.materials = std::move(materials);
             object.visible_to = kinds_of(who, visible_to);
             object.holdout = holdout;

@@ -3,15 +3,16 @@
 
 #include <limits>
 
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
 
 void require(bool good, const Camera& camera, const char* what, double value, const char* range) {
   if (!good)
-    throw InvalidArgument("Camera '" + camera.name + "': " + what + " = " + std::to_string(value) +
-                          " is not permitted; set it to " + range);
+    throw Refused("Camera '" + camera.name + "'",
+                  std::string(what) + " = " + std::to_string(value) + " is not permitted",
+                  std::string("set it to ") + range);
 }
 
 /// Pixels of a photo in one of a picture where that is no whole number, else 0.
@@ -48,18 +49,20 @@ void Camera::check() {
 
 void PhotoFrame::check() const {
   if (!(aspect >= 0) || !std::isfinite(aspect))
-    throw InvalidArgument("Photo frame: aspect = " + std::to_string(aspect) +
-                          " is not permitted; set it to width / height, or 0 (no photo)");
+    throw Refused("Photo frame", "aspect = " + std::to_string(aspect) + " is not permitted",
+                  "set it to width / height, or 0 (no photo)");
   if (width < 0 || height < 0)
-    throw InvalidArgument("Photo frame: photo of " + std::to_string(width) + " x " +
-                          std::to_string(height) +
-                          " pixels is not permitted; set both to at least 1, or 0 (no photo)");
+    throw Refused("Photo frame",
+                  "photo of " + std::to_string(width) + " x " + std::to_string(height) +
+                      " pixels is not permitted",
+                  "set both to at least 1, or 0 (no photo)");
   const auto inside = [](double low, double high) { return low >= 0 && low < high && high <= 1; };
   if (!inside(window.left, window.right) || !inside(window.top, window.bottom))
-    throw InvalidArgument("Photo frame: window (" + std::to_string(window.left) + ", " +
-                          std::to_string(window.top) + ", " + std::to_string(window.right) + ", " +
-                          std::to_string(window.bottom) +
-                          ") is not permitted; set left < right and top < bottom in [0, 1]");
+    throw Refused("Photo frame",
+                  "window (" + std::to_string(window.left) + ", " + std::to_string(window.top) +
+                      ", " + std::to_string(window.right) + ", " + std::to_string(window.bottom) +
+                      ") is not permitted",
+                  "set left < right and top < bottom in [0, 1]");
 }
 
 PixelCamera::PixelCamera(const Camera& camera, int width, int height, const PhotoFrame& frame)

@@ -3,9 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
-#include "math/error.h"
+#include "math/problem_list.h"
 
 namespace selenite {
 namespace {
@@ -28,12 +27,9 @@ struct Axis {
 /// In this form equal ends give exactly that value.
 Colorf mix(const Colorf& a, const Colorf& b, float t) { return a + (b - a) * t; }
 
-template <class... Parts>
-[[noreturn]] void refuse(const std::string& name, const Parts&... parts) {
-  std::ostringstream text;
-  text << "Grid '" << name << "': ";
-  (text << ... << parts);
-  throw InvalidArgument(text.str());
+[[noreturn]] void refuse(const std::string& name, const std::string& cause,
+                         const std::string& cure) {
+  throw Refused("Grid '" + name + "'", cause, cure);
 }
 
 }  // namespace
@@ -41,25 +37,27 @@ template <class... Parts>
 Grid::Grid(std::string name, std::array<int, 3> size, int channels, std::vector<float> values)
     : name_(std::move(name)), size_(size), channels_(channels), values_(std::move(values)) {
   if (channels != 1 && channels != 3)
-    refuse(name_, channels, " channels are given; give 1 (numbers) or 3 (colours)");
+    refuse(name_, joined(channels, " channels are given"), "give 1 (numbers) or 3 (colours)");
   std::int64_t numbers = channels;
   for (int i = 0; i < 3; ++i) {
     if (size[i] < 1 || size[i] > kMostPerAxis)
-      refuse(name_, "its size along ", static_cast<char>('x' + i), " is ", size[i],
-             "; it must lie in [1, ", kMostPerAxis, "]");
+      refuse(name_, joined("its size along ", static_cast<char>('x' + i), " is ", size[i]),
+             joined("it must lie in [1, ", kMostPerAxis, "]"));
     numbers *= size[i];
   }
   if (numbers > kMostNumbers)
-    refuse(name_, "it holds ", numbers, " numbers; at most ", kMostNumbers,
-           " are permitted: give a coarser one");
+    refuse(name_, joined("it holds ", numbers, " numbers"),
+           joined("at most ", kMostNumbers, " are permitted: give a coarser one"));
   if (static_cast<std::int64_t>(values_.size()) != numbers)
-    refuse(name_, values_.size(), " numbers are given for ", size[0], " x ", size[1], " x ",
-           size[2], " voxels of ", channels, " channels; give ", numbers);
+    refuse(name_,
+           joined(values_.size(), " numbers are given for ", size[0], " x ", size[1], " x ",
+                  size[2], " voxels of ", channels, " channels"),
+           joined("give ", numbers));
   double sum = 0;
   for (std::size_t i = 0; i < values_.size(); ++i) {
     if (!(values_[i] >= 0 && std::isfinite(values_[i])))
-      refuse(name_, "number ", i, " is ", values_[i],
-             "; every one must be finite and at least 0: repair the file");
+      refuse(name_, joined("number ", i, " is ", values_[i]),
+             "every one must be finite and at least 0: repair the file");
     maximum_ = std::max(maximum_, values_[i]);
     sum += static_cast<double>(values_[i]);
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <limits>
 
-#include "math/error.h"
+#include "math/fault.h"
 #include "math/sampling.h"
 #include "scene/area_light.h"
 
@@ -15,8 +15,9 @@ constexpr double kHalfTurn = kPi<float>;
 
 void require(bool good, const Light& light, const char* what, double value, const char* range) {
   if (!good)
-    throw InvalidArgument("Light '" + light.name + "': " + what + " = " + std::to_string(value) +
-                          " is not permitted; set it to " + range);
+    throw Refused("Light '" + light.name + "'",
+                  std::string(what) + " = " + std::to_string(value) + " is not permitted",
+                  std::string("set it to ") + range);
 }
 
 float luminance(const Color<double>& c) {

@@ -3,9 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
-#include "math/error.h"
+#include "math/problem_list.h"
 #include "scene/parameter_table.h"
 
 namespace selenite {
@@ -28,7 +27,7 @@ const ParameterTable& table(OwnerKind kind) {
     case OwnerKind::kWorld:
       return world;
   }
-  throw InvalidArgument(kNoSuchKind);
+  throw Refused("", kNoSuchKind);
 }
 
 template <class Action>
@@ -59,13 +58,14 @@ void require_constant(const Material& material, int field) {
   const std::string name =
       material.name + ":" + std::string(table(OwnerKind::kMaterial).rows.at(field).name);
   if (const FieldMap* map = material.map_of(field))
-    throw InvalidArgument(name + " comes from " +
-                          (map->texture ? "image '" + map->texture->name() + "'"
-                                        : "colour attribute '" + map->attribute + "'") +
-                          "; give it one value");
+    throw Refused("",
+                  name + " comes from " +
+                      (map->texture ? "image '" + map->texture->name() + "'"
+                                    : "colour attribute '" + map->attribute + "'"),
+                  "give it one value");
   if (material.albedo_grid && field == material_field(&MaterialValues::albedo))
-    throw InvalidArgument(name + " comes from grid '" + material.albedo_grid.grid->name() +
-                          "'; fit albedo_grid, or take the grid away");
+    throw Refused("", name + " comes from grid '" + material.albedo_grid.grid->name() + "'",
+                  "fit albedo_grid, or take the grid away");
 }
 
 template <class AnyMaterial>
@@ -76,7 +76,7 @@ auto& grid_of(AnyMaterial& material, GridKind kind) {
     case GridKind::kDensity:
       return material.density_grid;
   }
-  throw InvalidArgument(kNoSuchKind);
+  throw Refused("", kNoSuchKind);
 }
 
 template <class Range, class Name>
@@ -123,17 +123,16 @@ const std::vector<int>& parameter_widths(OwnerKind kind) { return table(kind).wi
 
 void check_value(std::string_view owner, const Parameter& p, double value) {
   if (value >= p.lower && value <= p.upper) return;  // false for NaN
-  std::ostringstream text;
-  text << owner << ':' << p.name << " = " << value << " lies outside [" << p.lower << ", "
-       << p.upper << "]; give a value inside";
-  throw InvalidArgument(text.str());
+  throw Refused(
+      "", joined(owner, ':', p.name, " = ", value, " lies outside [", p.lower, ", ", p.upper, "]"),
+      "give a value inside");
 }
 
 const Camera& Scene::camera(std::string_view name) const {
   for (const Camera& c : cameras)
     if (c.name == name) return c;
-  throw UnknownName("Camera '" + std::string(name) + "' is not in the scene; cameras: " +
-                    listed(cameras, [](const Camera& c) { return c.name; }));
+  throw NotFound("", "Camera '" + std::string(name) + "' is not in the scene",
+                 "cameras: " + listed(cameras, [](const Camera& c) { return c.name; }));
 }
 
 ParameterRef Scene::find(std::string_view owner, std::string_view parameter) const {
@@ -146,10 +145,11 @@ ParameterRef Scene::find(std::string_view owner, std::string_view parameter) con
       if (appearance.lights[i].name == owner) ref = {OwnerKind::kLight, static_cast<int>(i), -1};
   if (ref.owner < 0 && owner == kWorldName) ref.owner = 0;
   if (ref.owner < 0)
-    throw UnknownName(
-        "'" + std::string(owner) + "' is no material or light of the scene; materials: " +
-        listed(appearance.materials, [](const Material& m) { return m.name; }) + "; lights: " +
-        listed(appearance.lights, [](const Light& l) { return l.name; }) + "; or 'World'");
+    throw NotFound(
+        "", "'" + std::string(owner) + "' is no material or light of the scene",
+        "materials: " + listed(appearance.materials, [](const Material& m) { return m.name; }) +
+            "; lights: " + listed(appearance.lights, [](const Light& l) { return l.name; }) +
+            "; or 'World'");
   const Material* material =
       ref.kind == OwnerKind::kMaterial ? &appearance.materials[ref.owner] : nullptr;
   ref.field = material ? field_of(*material, parameter) : table(ref.kind).find(parameter);
@@ -159,8 +159,9 @@ ParameterRef Scene::find(std::string_view owner, std::string_view parameter) con
     names = names_of(*material);
   else
     for (const Parameter& p : parameter_table(ref.kind)) names.push_back(p.name);
-  throw UnknownName("'" + std::string(owner) + "' has no parameter '" + std::string(parameter) +
-                    "'; it has: " + listed(names, [](std::string_view name) { return name; }));
+  throw NotFound("",
+                 "'" + std::string(owner) + "' has no parameter '" + std::string(parameter) + "'",
+                 "it has: " + listed(names, [](std::string_view name) { return name; }));
 }
 
 std::string Scene::owner_name(const ParameterRef& ref) const {
@@ -172,7 +173,7 @@ std::string Scene::owner_name(const ParameterRef& ref) const {
     case OwnerKind::kWorld:
       return kWorldName;
   }
-  throw InvalidArgument(kNoSuchKind);
+  throw Refused("", kNoSuchKind);
 }
 
 const Parameter& Scene::description(const ParameterRef& ref) const {
@@ -198,8 +199,8 @@ void Scene::require_constant(const ParameterRef& ref) const {
     case OwnerKind::kWorld:
       if (ref.field == field_index<WorldParameters>(&WorldParameters::rotation) &&
           !appearance.world.map)
-        throw InvalidArgument(
-            "World:rotation: the world has no image to be rotated; give it one, or leave it out");
+        throw Refused("World:rotation", "the world has no image to be rotated",
+                      "give it one, or leave it out");
       return;
   }
 }
@@ -207,26 +208,29 @@ void Scene::require_constant(const ParameterRef& ref) const {
 int Scene::material(std::string_view name) const {
   for (std::size_t i = 0; i < appearance.materials.size(); ++i)
     if (appearance.materials[i].name == name) return static_cast<int>(i);
-  throw UnknownName("'" + std::string(name) + "' is no material of the scene; materials: " +
-                    listed(appearance.materials, [](const Material& m) { return m.name; }));
+  throw NotFound(
+      "", "'" + std::string(name) + "' is no material of the scene",
+      "materials: " + listed(appearance.materials, [](const Material& m) { return m.name; }));
 }
 
 void check_grids(const Material& material) {
-  const std::string who = "Material '" + material.name + "': ";
+  const std::string who = "Material '" + material.name + "'";
   if (const auto& grid = material.albedo_grid.grid; grid && grid->maximum() > 1)
-    throw InvalidArgument(who + "albedo grid '" + grid->name() + "' reaches " +
-                          std::to_string(grid->maximum()) +
-                          ", outside [0, 1]; give shares of the light that is scattered");
+    throw Refused(who,
+                  "albedo grid '" + grid->name() + "' reaches " + std::to_string(grid->maximum()) +
+                      ", outside [0, 1]",
+                  "give shares of the light that is scattered");
   if (const auto& grid = material.density_grid.grid; grid && grid->channels() != 1)
-    throw InvalidArgument(who + "density grid '" + grid->name() +
-                          "' holds colours; give one number a voxel");
+    throw Refused(who, "density grid '" + grid->name() + "' holds colours",
+                  "give one number a voxel");
   for (const PlacedGrid* placed : {&material.albedo_grid, &material.density_grid}) {
     if (!*placed) continue;
     const double determinant = placed->to_unit.determinant();
     if (!std::isfinite(determinant) || determinant == 0)
-      throw InvalidArgument(who + "the matrix that places grid '" + placed->grid->name() +
-                            "' has determinant " + std::to_string(determinant) +
-                            "; give one that can be inverted");
+      throw Refused(who,
+                    "the matrix that places grid '" + placed->grid->name() + "' has determinant " +
+                        std::to_string(determinant),
+                    "give one that can be inverted");
   }
 }
 
@@ -237,7 +241,7 @@ const char* grid_name(GridKind kind) {
     case GridKind::kDensity:
       return "density_grid";
   }
-  throw InvalidArgument(kNoSuchKind);
+  throw Refused("", kNoSuchKind);
 }
 
 const PlacedGrid& Material::grid(GridKind kind) const { return grid_of(*this, kind); }
@@ -253,21 +257,20 @@ const PlacedGrid& Scene::grid(const GridRef& ref) const {
   const Material& material = appearance.materials.at(static_cast<std::size_t>(ref.material));
   const PlacedGrid& placed = material.grid(ref.kind);
   if (!placed)
-    throw InvalidArgument("Material '" + material.name + "' has no " + grid_name(ref.kind) +
-                          "; give it one when the scene is built");
+    throw Refused("", "Material '" + material.name + "' has no " + grid_name(ref.kind),
+                  "give it one when the scene is built");
   return placed;
 }
 
 const FieldMap& Scene::image(const ImageRef& ref) const {
   const Material& material = appearance.materials.at(static_cast<std::size_t>(ref.material));
-  const std::string who = material.name + ":" + kBaseColorTexture + ": ";
+  const std::string who = material.name + ":" + kBaseColorTexture;
   const FieldMap* image = material.map_of(material_field(&MaterialValues::base_color));
   if (!image || !image->texture)
-    throw InvalidArgument(who +
-                          "no image gives the base colour; name base_color, or link an image");
+    throw Refused(who, "no image gives the base colour", "name base_color, or link an image");
   if (image->texture->has_alpha())
-    throw InvalidArgument(who + "image '" + image->texture->name() +
-                          "' has alpha; set its Alpha to None or Channel Packed");
+    throw Refused(who, "image '" + image->texture->name() + "' has alpha",
+                  "set its Alpha to None or Channel Packed");
   return *image;
 }
 
@@ -292,13 +295,14 @@ Scene Scene::with_image(const ImageRef& ref, std::vector<Colorf> pixels) const {
 
 const EnvironmentMap& Scene::environment() const {
   const World& world = appearance.world;
-  const std::string who = std::string(kWorldName) + ":" + kEnvironment + ": ";
-  if (!world.map) throw InvalidArgument(who + "the world has no image; give it one, or name color");
+  const std::string who = std::string(kWorldName) + ":" + kEnvironment;
+  if (!world.map) throw Refused(who, "the world has no image", "give it one, or name color");
   for (int c = 0; c < 3; ++c)
     if (world.values.color[c] != 1)
-      throw InvalidArgument(who + "the world's colour (" + std::to_string(world.values.color[c]) +
-                            " in channel " + std::to_string(c) +
-                            ") tints its image; set it to 1, 1, 1");
+      throw Refused(who,
+                    "the world's colour (" + std::to_string(world.values.color[c]) +
+                        " in channel " + std::to_string(c) + ") tints its image",
+                    "set it to 1, 1, 1");
   return *world.map;
 }
 
@@ -307,8 +311,9 @@ Scene Scene::with_environment(std::vector<Colorf> pixels) const {
   for (std::size_t i = 0; i < pixels.size(); ++i)
     for (int c = 0; c < 3; ++c)
       if (!(pixels[i][c] >= 0))
-        throw InvalidArgument("World image: pixel " + std::to_string(i) + " holds " +
-                              std::to_string(pixels[i][c]) + "; give radiance from 0 up");
+        throw Refused("World image",
+                      "pixel " + std::to_string(i) + " holds " + std::to_string(pixels[i][c]),
+                      "give radiance from 0 up");
   Scene scene = *this;
   scene.appearance.world.map = std::make_shared<EnvironmentMap>(
       from.width(), from.height(), std::move(pixels), EnvironmentMap::kUnknownEven);
@@ -331,7 +336,7 @@ Scene Scene::with(const std::vector<std::pair<ParameterRef, std::vector<double>>
     const std::string owner = owner_name(ref);
     const int width = this->width(ref);
     if (static_cast<int>(numbers.size()) != width)
-      throw InvalidArgument(owner + ":" + std::string(p.name) + " takes " + std::to_string(width) +
+      throw Refused("", owner + ":" + std::string(p.name) + " takes " + std::to_string(width) +
                             " numbers, not " + std::to_string(numbers.size()));
     for (double x : numbers) check_value(owner, p, x);
     visit_parameter(scene.appearance, ref, [&source = numbers](double* first, int count) {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
@@ -12,8 +12,7 @@ template <class List>
 void require_new_name(const List& list, const std::string& name, const char* kind) {
   for (const auto& item : list)
     if (item.name == name)
-      throw InvalidArgument(std::string(kind) + " '" + name +
-                            "' was added twice; names must differ");
+      throw Refused("", std::string(kind) + " '" + name + "' was added twice", "names must differ");
 }
 
 template <class Item, class List>
@@ -26,10 +25,9 @@ int append(List& list, Item&& item) {
 void require_one_lamp(const Light& first, const Light& other) {
   const LightParameters &a = first.values, &b = other.values;
   if (a.power != b.power || !(a.color == b.color) || first.kind != other.kind)
-    throw InvalidArgument(
-        "Light '" + other.name +
-        "' was added twice with another kind, power or colour; give lights of one "
-        "name the same, or another name");
+    throw Refused("",
+                  "Light '" + other.name + "' was added twice with another kind, power or colour",
+                  "give lights of one name the same, or another name");
 }
 
 std::string count_of(std::size_t n) { return std::to_string(n); }
@@ -51,54 +49,60 @@ int SceneBuilder::add_material(Material material) {
 }
 
 int SceneBuilder::add_mesh(Mesh mesh) {
-  const std::string who = "Mesh '" + mesh.name + "': ";
+  const std::string who = "Mesh '" + mesh.name + "'";
   const std::size_t n = mesh.triangles.size();
   for (const auto& t : mesh.triangles)
     for (int corner : t)
       if (corner < 0 || corner >= static_cast<int>(mesh.positions.size()))
-        throw InvalidArgument(who + "vertex index " + std::to_string(corner) +
-                              " lies outside [0, " + count_of(mesh.positions.size()) + ")");
+        throw Refused(who, "vertex index " + std::to_string(corner) + " lies outside [0, " +
+                               count_of(mesh.positions.size()) + ")");
   if (mesh.corner_normals.size() != 3 * n)
-    throw InvalidArgument(who + count_of(mesh.corner_normals.size()) + " corner normals for " +
-                          count_of(n) + " triangles; give three a triangle");
+    throw Refused(
+        who,
+        count_of(mesh.corner_normals.size()) + " corner normals for " + count_of(n) + " triangles",
+        "give three a triangle");
   const auto check_corners = [&](const auto& lists, const char* what) {
     for (const auto& list : lists)
       if (list.values.size() != 3 * n)
-        throw InvalidArgument(who + what + " '" + list.name + "' has " +
-                              count_of(list.values.size()) + " values for " + count_of(n) +
-                              " triangles; give three a triangle");
+        throw Refused(who,
+                      std::string(what) + " '" + list.name + "' has " +
+                          count_of(list.values.size()) + " values for " + count_of(n) +
+                          " triangles",
+                      "give three a triangle");
   };
   check_corners(mesh.uvs, "UV map");
   check_corners(mesh.colors, "colour attribute");
   check_corners(mesh.vectors, "corner vectors");
   if (mesh.material_slots.size() != n)
-    throw InvalidArgument(who + count_of(mesh.material_slots.size()) + " material slots for " +
-                          count_of(n) + " triangles; give one a triangle");
+    throw Refused(
+        who,
+        count_of(mesh.material_slots.size()) + " material slots for " + count_of(n) + " triangles",
+        "give one a triangle");
   return append(meshes, std::move(mesh));
 }
 
 int SceneBuilder::add_object(Instance instance) {
-  const std::string who = "Object '" + instance.name + "': ";
+  const std::string who = "Object '" + instance.name + "'";
   if (instance.mesh < 0 || instance.mesh >= static_cast<int>(meshes.size()))
-    throw InvalidArgument(who + "mesh " + std::to_string(instance.mesh) + " was not added");
+    throw Refused(who, "mesh " + std::to_string(instance.mesh) + " was not added");
   for (int m : instance.materials)
     if (m < 0 || m >= static_cast<int>(appearance.materials.size()))
-      throw InvalidArgument(who + "material " + std::to_string(m) + " was not added");
+      throw Refused(who, "material " + std::to_string(m) + " was not added");
   for (int slot : meshes[instance.mesh].material_slots)
     if (slot < 0 || slot >= static_cast<int>(instance.materials.size()))
-      throw InvalidArgument(who + "a face uses material slot " + std::to_string(slot) + " of " +
-                            count_of(instance.materials.size()));
+      throw Refused(who, "a face uses material slot " + std::to_string(slot) + " of " +
+                             count_of(instance.materials.size()));
   for (const int set : {instance.lit_set, instance.shadow_set})
     if (set < 0 || set >= LinkedSets::kMost)
-      throw InvalidArgument(who + "light linking set " + std::to_string(set) +
-                            " lies outside [0, " + std::to_string(LinkedSets::kMost) + ")");
+      throw Refused(who, "light linking set " + std::to_string(set) + " lies outside [0, " +
+                             std::to_string(LinkedSets::kMost) + ")");
   const Vec3d at = instance.to_world.translation();
   if (!std::isfinite(at.x) || !std::isfinite(at.y) || !std::isfinite(at.z))
-    throw InvalidArgument(who + "its location is not finite; give it a finite location");
+    throw Refused(who, "its location is not finite", "give it a finite location");
   const double determinant = instance.to_world.determinant();
   if (!std::isfinite(determinant) || determinant == 0)
-    throw InvalidArgument(who + "its matrix has determinant " + std::to_string(determinant) +
-                          "; give it a scale other than 0 in every direction");
+    throw Refused(who, "its matrix has determinant " + std::to_string(determinant),
+                  "give it a scale other than 0 in every direction");
   return append(instances, std::move(instance));
 }
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "math/error.h"
+#include "math/fault.h"
 #include "math/srgb.h"
 
 namespace selenite {
@@ -88,15 +88,16 @@ Texture::Texture(std::string name, int width, int height, std::vector<Colorf> pi
     return count == static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   };
   if (width < 1 || height < 1 || !fits(pixels_.size()) || !(alpha_.empty() || fits(alpha_.size())))
-    throw InvalidArgument("Image '" + name_ + "': " + std::to_string(width) + " x " +
-                          std::to_string(height) +
-                          " pixels do not match the data; give an image of at least 1 x 1 pixel");
+    throw Refused(
+        "Image '" + name_ + "'",
+        std::to_string(width) + " x " + std::to_string(height) + " pixels do not match the data",
+        "give an image of at least 1 x 1 pixel");
   const auto finite = [](float x) { return std::isfinite(x); };
   if (!std::all_of(pixels_.begin(), pixels_.end(),
                    [&](const Colorf& c) { return finite(c.r) && finite(c.g) && finite(c.b); }) ||
       !std::all_of(alpha_.begin(), alpha_.end(), finite))
-    throw InvalidArgument("Image '" + name_ +
-                          "': a pixel is infinite or not a number; repair the file");
+    throw Refused("Image '" + name_ + "'", "a pixel is infinite or not a number",
+                  "repair the file");
 }
 
 Texture::TexelTaps Texture::taps_at(const Vec2f& uv) const {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
@@ -28,9 +28,8 @@ void require_rotation(const std::array<Vec3f, 3>& to_map) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j <= i; ++j)
       if (!(std::abs(dot(to_map[i], to_map[j]) - (i == j ? 1 : 0)) < 1e-4f))
-        throw InvalidArgument(
-            "World: the mapping of its image is not a rotation; set the scale of the Mapping node "
-            "to 1");
+        throw Refused("World", "the mapping of its image is not a rotation",
+                      "set the scale of the Mapping node to 1");
 }
 
 }  // namespace
@@ -39,12 +38,14 @@ EnvironmentMap::EnvironmentMap(int width, int height, std::vector<Colorf> pixels
                                std::optional<SunDisc> sun)
     : width_(width), height_(height), pixels_(std::move(pixels)), sun_(std::move(sun)) {
   if (width < 1 || height < 1 || pixels_.size() != static_cast<std::size_t>(width) * height)
-    throw InvalidArgument("World image: " + std::to_string(width) + " x " + std::to_string(height) +
-                          " pixels do not match the data; give an image of at least 1 x 1 pixel");
+    throw Refused(
+        "World image",
+        std::to_string(width) + " x " + std::to_string(height) + " pixels do not match the data",
+        "give an image of at least 1 x 1 pixel");
   for (const Colorf& c : pixels_)
     for (int k = 0; k < 3; ++k)
       if (!std::isfinite(c[k]))
-        throw InvalidArgument("World image: a pixel is infinite or not a number; repair the file");
+        throw Refused("World image", "a pixel is infinite or not a number", "repair the file");
 
   // Bilinear lookups reach one pixel further than the pixel itself: the table takes the 3x3 maximum,
   // so that no direction with radiance has zero density.
@@ -196,19 +197,19 @@ Vec3f EnvironmentMap::sample_image(float u1, float u2) const {
 
 void World::check() const {
   for (const Backdrop& one : backdrops) {
-    if (!one.map) throw InvalidArgument("World: a backdrop has no image; give it one");
+    if (!one.map) throw Refused("World", "a backdrop has no image", "give it one");
     require_rotation(one.to_map);
   }
   for (int c = 0; c < 3; ++c)
     if (!(values.color[c] >= 0) || !std::isfinite(values.color[c]))
-      throw InvalidArgument("World: colour = " + std::to_string(values.color[c]) +
-                            " is not permitted; set it to a finite number, at least 0");
+      throw Refused("World", "colour = " + std::to_string(values.color[c]) + " is not permitted",
+                    "set it to a finite number, at least 0");
   if (!(values.strength >= 0) || !std::isfinite(values.strength))
-    throw InvalidArgument("World: strength = " + std::to_string(values.strength) +
-                          " is not permitted; set it to a finite number, at least 0");
+    throw Refused("World", "strength = " + std::to_string(values.strength) + " is not permitted",
+                  "set it to a finite number, at least 0");
   if (!std::isfinite(values.rotation))
-    throw InvalidArgument("World: rotation = " + std::to_string(values.rotation) +
-                          " is not permitted; set it to a finite number");
+    throw Refused("World", "rotation = " + std::to_string(values.rotation) + " is not permitted",
+                  "set it to a finite number");
   require_rotation(to_map);
 }
 

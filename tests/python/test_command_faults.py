@@ -17,12 +17,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite import cli  # noqa: E402
+from selenite import cli, native  # noqa: E402
 from selenite.commands import probe, terminal  # noqa: E402
 from selenite.commands.examples import EXAMPLES  # noqa: E402
 from selenite.fit.request import read_run  # noqa: E402
 from selenite.fit.staging.request import read_stages  # noqa: E402
-from selenite.problems import BadInput, Failed, Problem, choice, problems_of  # noqa: E402
+from selenite.problems import BadInput, Failed, Problem, choice, refused  # noqa: E402
 
 
 @pytest.mark.parametrize(
@@ -236,16 +236,37 @@ def test_a_misspelt_name_gets_the_one_that_was_meant() -> None:
     assert choice("albedo", names) == "use one of 'base_color', 'roughness', 'Key Light'"
 
 
-def test_words_of_the_native_module_become_problems() -> None:
-    error = ValueError(
-        "Photo 'a': it is black; choose another\nspp = 0 must lie in [1, 65536]\n"
-        "Camera 'x; y': it is odd"
-    )
-    assert problems_of(error, "Fit", "change it") == [
-        Problem("Photo 'a'", "it is black", "choose another"),
-        Problem("Fit", "spp = 0 must lie in [1, 65536]", "change it"),
-        Problem("Fit", "Camera 'x", "y': it is odd"),
+def test_what_the_native_module_refuses_becomes_problems() -> None:
+    scene = native.core().SceneBuilder().build()
+    with pytest.raises(BadInput) as found, refused("Scene", "correct it"):
+        scene.with_values({("Body", "ior"): 1.4})
+    assert found.value.problems == [
+        Problem(
+            "Scene",
+            "'Body' is no material or light of the scene",
+            "materials: none; lights: none; or 'World'",
+        )
     ]
+    with pytest.raises(BadInput) as found, refused("Render", "correct it"):
+        native.core().render(scene, "Camera", 8, 8, 0)
+    assert [item.object for item in found.value.problems] == ["Render"]
+
+
+def test_all_that_a_fit_refuses_is_there_at_once() -> None:
+    core = native.core()
+    unknown = core.Unknown("Body", "ior", 2.0, 1.0, [1.4], -1.0)
+    with pytest.raises(BadInput) as found, refused("Fit", "change it"):
+        core.Fit(core.SceneBuilder().build(), [], [unknown], {"spp": 0, "loss": "l2"})
+    problems = found.value.problems
+    assert [(item.object, item.cure) for item in problems if item.cure != "change it"]
+    assert {item.object for item in problems} >= {"Fit", "No photo to fit to"}
+    assert not any(": " in item.cause and ";" in item.cause for item in problems)
+
+
+def test_an_error_without_problems_is_its_text() -> None:
+    with pytest.raises(BadInput) as found, refused("Fit", "change it"):
+        raise ValueError("a: b; c")
+    assert found.value.problems == [Problem("Fit", "a: b; c", "change it")]
 
 
 RUN: dict[str, Any] = {

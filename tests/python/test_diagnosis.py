@@ -143,7 +143,7 @@ def test_a_photo_that_is_shifted(shift):
     assert float(found[3]) == pytest.approx(abs(shift[1]), abs=0.4)
     assert found[2] == ("right" if shift[0] > 0 else "left")
     assert not shift[1] or found[4] == "down"
-    cure = "correct the camera, align the photo (Align, --align), or mask the rim"
+    cure = "correct the camera, align the photo (--align), or mask the rim"
     assert note.endswith(f"the silhouette does not fit; {cure}")
     seen = history({"Body:roughness": converged()})
     for end in ({"running": True}, {"explained": True}):

@@ -99,7 +99,7 @@ def test_a_material_that_is_not_fitted_is_named_as_what_brightness_rests_on() ->
     )
     captures: Any = [SimpleNamespace(free_gain="scalar")]
     (text,) = remarks(scene, captures, ["Body:base_color"])
-    assert "unless the color of 'Ground' in the scene is right and counts" in text
+    assert "or the color of 'Ground' in the scene if it is right" in text
     for names in (["Body:base_color", "Ground:base_color"], ["Body:base_color", "Key:power"]):
         (text,) = remarks(scene, captures, names)
         assert "only the prior of a gain" in text

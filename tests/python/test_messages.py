@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every sentence that the panel may show has its text in each language of the add-on."""
+"""Messages by id: each has its text in each language, with the same arguments."""
 
 from __future__ import annotations
 
+import ast
+import copy
 import importlib.util
 import json
+import pickle
+import string
 import sys
 from pathlib import Path
 
@@ -13,110 +17,121 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 import message_texts  # noqa: E402
-import native_texts  # noqa: E402
 
-INTERFACE = message_texts.ADDON / "interface"
-LANGUAGES = sorted((INTERFACE / "furniture" / "messages").glob("*.json"))
+from selenite.messages import (  # noqa: E402
+    control,
+    joined,
+    message,
+    named,
+    packed,
+    phrase,
+    rendered,
+    thing,
+    unpacked,
+)
 
-_spec = importlib.util.spec_from_file_location("messages", INTERFACE / "messages.py")
+FURNITURE = message_texts.ADDON / "interface" / "furniture"
+_spec = importlib.util.spec_from_file_location("controls", FURNITURE.parent / "controls.py")
 assert _spec is not None and _spec.loader is not None
-messages = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(messages)
+_controls = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(_controls)
+CONTROLS = _controls.CONTROLS
+LANGUAGES = sorted((FURNITURE / "messages").glob("*.json"))
 
 
-def _texts(path: Path) -> dict[str, str]:
-    labels = path.parents[1] / "texts" / path.name  # of the interface itself
-    return json.loads(labels.read_text(encoding="utf-8")) | json.loads(
-        path.read_text(encoding="utf-8")
-    )
-
-
-def _values(text: str) -> list[str]:
-    return [f"<{at}>" for at in range(text.count("{}"))]
+def _names(text: str) -> set[str]:
+    return {name for _, name, _, _ in string.Formatter().parse(text) if name is not None}
 
 
 @pytest.mark.parametrize("path", LANGUAGES, ids=lambda path: path.stem)
-def test_a_language_has_every_message(path: Path) -> None:
-    wanted, found = message_texts.wanted(), _texts(path)
-    assert len(wanted) > 900  # the collector collects
-    lacking = [f"{place}: {text}" for text, place in wanted.items() if text not in found]
-    assert not lacking, "\n".join(lacking)
+def test_a_language_has_every_message_and_no_other(path: Path) -> None:
+    wanted, found = message_texts.messages(), json.loads(path.read_text(encoding="utf-8"))
+    assert 200 <= len(wanted) <= 250, "daily sentences, not every refusal"
+    assert set(wanted) == set(found)
+    for key, english in wanted.items():
+        assert len(english) == 1, f"{key} says two things: {english}"
+        assert _names(found[key]) == _names(*english), key
 
 
-@pytest.mark.parametrize("path", LANGUAGES, ids=lambda path: path.stem)
-def test_a_language_has_what_the_native_modules_say(path: Path) -> None:
-    wanted, found = native_texts.wanted(), _texts(path)
-    assert len(wanted) > 200  # the collector collects
-    lacking = [
-        f"{place}: {part}"
-        for part, (whole, place) in wanted.items()
-        if part not in found and whole not in found
-    ]
-    assert not lacking, "\n".join(lacking)
+def test_a_message_is_given_what_its_text_names() -> None:
+    english = message_texts.messages()
+    for key, given in message_texts.arguments().items():
+        assert given == {frozenset(_names(*english[key]))}, key
 
 
-def test_a_native_message_is_german_from_the_first_word_to_the_last() -> None:
-    path = next(item for item in LANGUAGES if item.stem == "de_DE")
-    language = messages.Messages(json.loads(path.read_text(encoding="utf-8")))
-    said = "Photo 'a.png': cannot be read: it has a palette instead of colours"
-    assert language.translated(said) == (
-        "Foto „a.png“: nicht lesbar: es hat eine Palette statt Farben"
+def test_the_panel_has_words_for_every_control_and_they_name_no_option() -> None:
+    losses = {name for name in message_texts.controls() if name.startswith("loss.")}
+    assert message_texts.controls() - losses == set(CONTROLS)
+    for path in LANGUAGES:
+        labels = json.loads((FURNITURE / "texts" / path.name).read_text(encoding="utf-8"))
+        assert set(CONTROLS.values()) <= set(labels)
+    assert not any("--" in words for words in CONTROLS.values())
+
+
+def test_no_source_that_the_panel_shares_names_an_option_outside_a_control() -> None:
+    rooms = ("scene_read", "capture", "fit", "report", "advice", "importers")
+    found = []
+    for room in rooms:
+        for path in sorted((message_texts.ADDON / room).rglob("*.py")):
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+            allowed = {
+                part
+                for node in ast.walk(tree)
+                if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "control"
+                for part in ast.walk(node)
+            }
+            allowed |= {
+                node.value for node in ast.walk(tree) if isinstance(node, ast.Expr)
+            }  # docstrings
+            found += [
+                f"{path.name}: {node.value}"
+                for node in ast.walk(tree)
+                if isinstance(node, ast.Constant) and isinstance(node.value, str)
+                if node not in allowed and " --" in f" {node.value}" and " " in node.value
+            ]
+    assert found == []
+
+
+GERMAN = {"a": "{x} liegt {side} von „{name}“", "left": "links", "right": "rechts"}
+
+
+def test_what_fills_a_message_is_translated_too_and_a_name_stays() -> None:
+    said = message("a", "{x} is {side} of '{name}'", x=3, side=message("left", "left"), name="left")
+    assert said == "3 is left of 'left'", "it is its English"
+    assert rendered(said, GERMAN.get) == "3 liegt links von „left“"
+    assert rendered(joined("; ", (said, "more")), GERMAN.get) == "3 liegt links von „left“; more"
+    assert (
+        rendered(phrase("see {what}", what=message("right", "right")), GERMAN.get) == "see rechts"
     )
-    said = (
-        "Body:ior: start = 3 lies outside its bounds [1, 2.5]; move the start or widen the bounds"
-    )
-    assert language.translated(said) == (
-        "Body:ior: Start = 3 liegt außerhalb seiner Grenzen [1, 2.5]; "
-        "verschiebe den Start oder erweitere die Grenzen"
-    )
+    assert rendered("left", GERMAN.get) == "left", "a plain text is no message"
 
 
-@pytest.mark.parametrize("path", LANGUAGES, ids=lambda path: path.stem)
-def test_a_language_has_no_message_of_yesterday(path: Path) -> None:
-    wanted = {*message_texts.wanted(), *native_texts.wanted()}
-    found = json.loads(path.read_text(encoding="utf-8"))
-    left = [text for text in found if " " in text and message_texts.is_sentence(text)]
-    left = [text for text in left if text not in wanted]
-    assert left == []
+def test_braces_in_what_fills_a_message_stay() -> None:
+    said = message("b", "file '{name}'", name="a{x}.png")
+    assert rendered(said, {"b": "Datei „{name}“"}.get) == "Datei „a{x}.png“"
+    assert joined(", ", ("{", "}")) == "{, }"
+    assert control("x", "'{a}'") == "'{a}'"
 
 
-@pytest.mark.parametrize("path", LANGUAGES, ids=lambda path: path.stem)
-def test_names_and_numbers_of_a_message_stay(path: Path) -> None:
-    found = json.loads(path.read_text(encoding="utf-8"))
-    language = messages.Messages(found)
-    for text, words in found.items():
-        assert words and text.count("{}") == words.count("{}"), text
-        seen = language.translated(text.format(*_values(text)))
-        assert all(value in seen for value in _values(text)), seen
-        assert seen == words.format(*_values(text)), seen
+def test_a_cure_names_the_option_or_the_control() -> None:
+    cure = phrase("take it out, or {fit} {name}", fit=control("fit", "add --fit"), name="A:ior")
+    assert cure == "take it out, or add --fit A:ior"
+    shown = rendered(cure, lambda key: CONTROLS.get(key.removeprefix("control.")))
+    assert shown == "take it out, or tick A:ior"
 
 
-def test_the_message_that_says_more_is_meant() -> None:
-    language = messages.Messages(
-        {"it is {}": "es ist {}", "it is {}, not {}": "es ist {}, kein {}"}
-    )
-    assert language.translated("it is 3, not text") == "es ist 3, kein text"
+def test_a_message_survives_a_property_of_blender_a_copy_and_a_process() -> None:
+    said = message("a", "{x} is {side}", x=3, side=message("left", "left"))
+    kept = unpacked(packed([said, "plain"]))
+    for found in (kept[0], copy.deepcopy(said), pickle.loads(pickle.dumps(said))):  # noqa: S301
+        assert found == said
+        assert rendered(found, {"a": "{side}: {x}", "left": "links"}.get) == "links: 3"
+    assert kept[1] == "plain"
+    assert unpacked("Good match. Apply.\nMore") == ["Good match. Apply.", "More"], "earlier files"
+    assert unpacked("") == []
 
 
-def test_what_fills_a_message_is_translated_too() -> None:
-    language = messages.Messages({"no {}: {}": "kein {}: {}", "file '{}'": "Datei „{}“"})
-    assert language.translated("no file 'a b': 3") == "kein Datei „a b“: 3"
-
-
-def test_a_name_stays_where_it_is_a_word_of_the_language() -> None:
-    language = messages.Messages({"left": "links", "photo '{}' {}": "Foto „{}“ {}"})
-    assert language.translated("photo 'left' left") == "Foto „left“ links"
-
-
-def test_what_a_message_is_about_is_translated_by_itself() -> None:
-    language = messages.Messages({"{} is off": "aus ist {}", "lamp": "Lampe", "it": "es"})
-    assert language.translated("lamp: it is off") == "Lampe: aus ist es"
-
-
-def test_parts_of_a_line_are_translated_where_the_whole_is_not_known() -> None:
-    language = messages.Messages({"file '{}'": "Datei „{}“", "give one": "gib eine an"})
-    assert language.translated("file 'x': 7 lacks; give one") == "Datei „x“: 7 lacks; gib eine an"
-
-
-def test_what_no_language_knows_stays() -> None:
-    assert messages.Messages({}).translated("Body: 3 of 4") == "Body: 3 of 4"
+def test_what_a_problem_is_about_is_known_without_its_text() -> None:
+    assert thing("Camera", "it's 'left'") == "Camera 'it's 'left''"
+    assert named(thing("Camera", "it's 'left'")) == ("camera", "it's 'left'")
+    assert named("Camera 'Front'") == ("", "")

@@ -163,8 +163,18 @@ def test_a_fit_that_found_nothing_better_than_its_start_says_so() -> None:
 
 def test_a_kept_start_that_explains_the_photos_is_no_reason_to_check_lights() -> None:
     assert "Check lights" not in said(with_changes(result(), kept_start=True))
-    for wrong in (result(explained=False), result(standard_error=0.1), made_fit()):
+    unexplained = result(value=0.0004, explained=False)
+    for wrong in (unexplained, result(standard_error=0.1), made_fit()):
         assert "Check lights" in said(with_changes(wrong, kept_start=True))
+
+
+@pytest.mark.parametrize("share", [0.002, 0.0099])
+def test_no_line_about_a_misfit_below_one_per_cent_asks_to_check_lights(share: float) -> None:
+    found = result(value=share**2, standard_error=1e-7, explained=False)
+    for kept in (False, True):
+        text = said(with_changes(found, kept_start=kept))
+        assert f"{100 * share:.1f} % of the photos' brightness is not explained" in text
+        assert "lights" not in text
 
 
 def test_intervals_with_voxels_are_valid_if_the_misfit_is_theirs() -> None:
@@ -200,7 +210,6 @@ def test_what_can_compensate_for_it_is_named() -> None:
 
 def test_what_is_not_determined_comes_with_where_to_find_the_next_photo() -> None:
     assert "selenite next-camera RESULT_FOLDER" in said(result())
-    assert "Suggest Next Camera" in said(result())
     all_known = result()
     all_known.report.parameters["Body:base_color"].determined = [True] * 3
     assert "next-camera" not in said(all_known)

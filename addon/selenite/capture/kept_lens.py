@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ..messages import control, phrase
 from ..problems import listed
 from ..scene_read.values import CameraValues
 from .photo_files import same_aspect
@@ -49,9 +50,14 @@ class KeptLenses:
         found = []
         if self._undone:
             found.append(
-                f"Lens of {_some(self._undone)}, kept by the import: its distortion is undone in "
-                "the photos; where they are free of it, give --undistorted, 'distortion': "
-                "false in the captures, or Undistorted in the panel"
+                phrase(
+                    "Lens of {cameras}, kept by the import: its distortion is undone in the "
+                    "photos; where they are free of it, {undistorted}",
+                    cameras=_some(self._undone),
+                    undistorted=control(
+                        "undistorted", "give --undistorted, or 'distortion': false in the captures"
+                    ),
+                )
             )
         if self._other_shape:
             found.append(

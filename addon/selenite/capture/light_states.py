@@ -10,6 +10,7 @@ from typing import TypedDict
 
 import numpy as np
 
+from ..messages import thing
 from ..problems import Problem, choice, listed
 from ..scene_read.lamps import places as lamp_places
 from ..scene_read.values import LightValues, SceneValues
@@ -33,7 +34,7 @@ def light_state(
     values: SceneValues, request: CaptureRequest, problems: list[Problem]
 ) -> LightState:
     """The light state of a photo. What a scene cannot show so goes to `problems`."""
-    who = f"Photo '{request.id or request.camera}'"
+    who = thing("Photo", request.id or request.camera)
     lamps = _lamps(values, request, who, problems)
     placed: dict[str, tuple[LightValues, np.ndarray]] = {}
     if request.frame is not None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..messages import phrase, remark, thing
 from ..problems import Problem
 from .background import Background
 from .request import CaptureRequest
@@ -29,8 +30,10 @@ def background_of(request: CaptureRequest, problems: list[Problem]) -> Backgroun
     try:
         return Background.from_text(request.background)
     except ValueError as error:
-        title = f"Photo '{request.photo}'"
-        problems.append(Problem(f"{title}, background", str(error), _BORDER_CURE))
+        title = thing("Photo", request.photo)
+        problems.append(
+            Problem(phrase("{about}, background", about=title), str(error), _BORDER_CURE)
+        )
         return None
 
 
@@ -45,7 +48,7 @@ def within_silhouette(
     with a problem, where nothing is left. size: (width, height)."""
     if request.silhouette is None:
         return None
-    title = f"Photo '{request.photo}'"
+    title = thing("Photo", request.photo)
     try:
         seen = silhouettes.inside(request.camera, frame, size)
     except ValueError as error:
@@ -71,14 +74,14 @@ def masked(
 ) -> np.ndarray:
     """The weight (h, w) within all masks. of_files, silhouette: (h, w) bool, within alpha and mask
     files, and within `within_silhouette`."""
-    title = f"Photo '{request.photo}'"
+    title = thing("Photo", request.photo)
     inside = of_files
     background = background_of(request, problems)
     if background is not None:
         behind = background.pixels(reference)
         share = float(behind.mean())
         if share == 0:
-            remarks.append(f"{title}: no pixel of it has the colour of its background")
+            remarks.append(remark(title, "no pixel of it has the colour of its background"))
         inside = inside & ~behind
     if silhouette is not None:
         inside = inside & silhouette
@@ -90,7 +93,7 @@ def masked(
             cause = "its masks together leave no pixel"
             problems.append(Problem(title, cause, "enlarge one of them, or leave the photo out"))
             return weight
-        remarks.append(f"{title}: its mask is so narrow that its rim counts too")
+        remarks.append(remark(title, "its mask is so narrow that its rim counts too"))
         trimmed = inside
     out: np.ndarray = np.where(trimmed, weight, 0).astype(np.float32)
     return out

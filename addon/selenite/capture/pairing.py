@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import native
+from ..messages import joined, message
 from ..problems import Problem, listed
 from .prepared import Capture
 from .views import blurred
@@ -45,10 +46,32 @@ class Pairing:
         if not self.camera:
             return []
         wrong = [item for item in captures if item.id in self.camera]
-        resembles = "; ".join(f"'{item.id}' like camera '{self.camera[item.id]}'" for item in wrong)
+        resembles = joined(
+            "; ",
+            (
+                message(
+                    "pairing.like-camera",
+                    "'{id}' like camera '{camera}'",
+                    id=item.id,
+                    camera=self.camera[item.id],
+                )
+                for item in wrong
+            ),
+        )
         title = f"Photos {listed(item.id for item in wrong)}"
-        cause = f"they seem to be paired with wrong cameras ({resembles})"
-        return [Problem(title, cause, "give each photo its camera", KIND)]
+        cause = message(
+            "pairing.they-seem-paired-wrong",
+            "they seem to be paired with wrong cameras ({resembles})",
+            resembles=resembles,
+        )
+        return [
+            Problem(
+                title,
+                cause,
+                message("pairing.give-each-photo-camera", "give each photo its camera"),
+                KIND,
+            )
+        ]
 
 
 def paired(

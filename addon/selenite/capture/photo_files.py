@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import re
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import native
-from ..problems import Problem
+from ..problems import Problem, native_problems
 from .request import PACKED
 
 if TYPE_CHECKING:
@@ -46,12 +45,10 @@ def header(
 
 
 def unreadable(title: str, error: Exception) -> Problem:
-    """Of the native reader, whose messages are: path in quotes, cause; cure."""
-    text = re.sub(r"^'.*?' ", "it ", str(error), count=1)
-    cause, _, cure = text.rpartition("; ")
-    if not cause:
-        cause, cure = text or type(error).__name__, READABLE
-    return Problem(title, f"cannot be read: {cause}", cure)
+    """Of the native reader, whose cause is what its file is or does."""
+    said = native_problems(error)[0]
+    cause = f"it {said.cause}" if said.object else said.cause
+    return Problem(title, f"cannot be read: {cause}", said.cure or READABLE)
 
 
 @contextmanager

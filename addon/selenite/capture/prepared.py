@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias, TypedDict
 import numpy as np
 
 from .. import native
+from ..messages import control, remark, thing
 from ..problems import Problem, choice, listed
 from ..scene_read.lens import LensDistortion
 from ..scene_read.values import CameraValues, SceneValues
@@ -174,7 +175,7 @@ def read_captures(
     go_on: called while photos are decoded, once for each at least, and may raise. Photos are
     decoded side by side; what is said of them keeps their order."""
     if not requests:
-        cure = "give one with --photo CAMERA=FILE or in the Captures panel"
+        cure = control("give-photo", "give one with --photo CAMERA=FILE")
         problems.append(Problem("Fit", "there is no photo", cure))
     cameras = {camera.name: camera for camera in scene.cameras}
     requests = with_ids(requests, cameras)
@@ -185,20 +186,20 @@ def read_captures(
     said: list[list[Problem]] = []
     for request in requests:
         said.append([])
-        title = f"Photo '{request.photo}'"
+        title = thing("Photo", request.photo)
         if not request.camera:
             said[-1].append(Problem(title, "it has no camera", "choose its camera"))
         elif request.camera not in cameras:
             reason = scene.unusable_cameras.get(request.camera, "it is not in the scene")
             cure = choice(request.camera, cameras)
-            said[-1].append(Problem(f"Camera '{request.camera}'", reason, cure))
+            said[-1].append(Problem(thing("Camera", request.camera), reason, cure))
         elif request.id in used:
             cause, cure = "another photo has its id", "give each photo an id of its own"
-            said[-1].append(Problem(f"Photo '{request.id}'", cause, cure))
+            said[-1].append(Problem(thing("Photo", request.id), cause, cure))
         elif not request.photo:
             cause = "it has no photo"
             cure = "choose a photo or remove the row"
-            said[-1].append(Problem(f"Camera '{request.camera}'", cause, cure))
+            said[-1].append(Problem(thing("Camera", request.camera), cause, cure))
         else:
             used.add(request.id)
             camera = cameras[request.camera]
@@ -281,7 +282,11 @@ class _Opened:
 
 def _titles(request: CaptureRequest) -> tuple[str, str, str]:
     """What photo, mask and exclude are called in messages."""
-    return f"Photo '{request.photo}'", f"Mask '{request.mask}'", f"Exclude '{request.exclude}'"
+    return (
+        thing("Photo", request.photo),
+        thing("Mask", request.mask),
+        thing("Exclude", request.exclude),
+    )
 
 
 def _open(
@@ -347,9 +352,9 @@ def _finish(
         cause = f"no pixel of it can be used ({_reasons(info['counts'])})"
         problems.append(Problem(title, cause, "give a better exposed photo or another mask"))
         return None
-    remarks += [f"{title}: {text}" for text in info["warnings"]]
+    remarks += [remark(title, text) for text in info["warnings"]]
     if mask is not None:
-        remarks += [f"{mask_title}: {text}" for text in mask["warnings"]]
+        remarks += [remark(mask_title, text) for text in mask["warnings"]]
     capture = Capture(
         request.id, opened.camera.name, request.photo, opened.size, reference, weight,
         window.aspect, window=window.fractions, free_gain=request.gain or "none",
@@ -373,7 +378,7 @@ def _corners(
     remarks: list[str],
 ) -> np.ndarray | None:
     """Where the picture's pixels lie in a photo that its lens distorts."""
-    title = f"Photo '{request.photo}'"
+    title = thing("Photo", request.photo)
     if camera.kind == "ORTHO":
         cause = f"it has a distortion, and its camera '{camera.name}' is orthographic"
         problems.append(Problem(title, cause, "use a perspective camera, or leave it out"))
@@ -387,7 +392,7 @@ def _corners(
         problems.append(Problem(title, cause, cure))
         return None
     found = (differs, distortion.folded(places))
-    remarks += [f"{title}: {text}" for text in found if text]
+    remarks += [remark(title, text) for text in found if text]
     return places
 
 

@@ -7,6 +7,7 @@ import itertools
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 
+from ..messages import thing
 from ..problems import choice
 from ..scene_read.lens import LensDistortion
 
@@ -78,11 +79,11 @@ class CaptureRequest:
 
     def files(self) -> dict[str, str]:
         """The files that it names, by what they are called in messages."""
-        found = {f"Photo '{self.photo}'": self.photo}
+        found = {thing("Photo", self.photo): self.photo}
         if self.mask:
-            found[f"Mask '{self.mask}'"] = self.mask
+            found[thing("Mask", self.mask)] = self.mask
         if self.exclude:
-            found[f"Exclude '{self.exclude}'"] = self.exclude
+            found[thing("Exclude", self.exclude)] = self.exclude
         if self.response_file:
             found[f"Response '{self.response}'"] = self.response
         return found

@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 
+from ..messages import thing
 from ..problems import Problem
 from ..scene_read import hosts
 from ..scene_read.camera import named_cameras
@@ -48,7 +49,7 @@ def misplaced_backgrounds(scene: bpy.types.Scene) -> list[Problem]:
                 "reset that in the camera's Background Images and change the file instead, or name "
                 "the photo as a capture"
             )
-            found.append(Problem(f"Camera '{name}'", cause, cure))
+            found.append(Problem(thing("Camera", name), cause, cure))
     return found
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import native
+from ..messages import message
 from .background import Background, border
 from .prepared import Capture
 from .silhouette import Silhouettes
@@ -61,9 +62,19 @@ def remark(
         differs = not black_only and not photo / _OTHER <= render <= photo * _OTHER
     if not differs:
         return ""
-    what = "black" if photo < _BLACK else f"of one brightness, {photo:.2g}"
-    return (
-        f"Photo '{capture.photo}': {behind.mean():.0%} of it, up to its border, is {what}, and the "
-        f"scene renders {render:.2g} there: a background that is not in the scene counts as if it "
-        "were; give a mask, 'silhouette', or 'background': \"border\""
+    what = (
+        "black"
+        if photo < _BLACK
+        else message("suspicion.one-brightness", "of one brightness, {photo}", photo=f"{photo:.2g}")
+    )
+    return message(
+        "suspicion.photo-up-border-scene",
+        "Photo '{photo}': {mean} of it, up to its border, is {what}, and the "
+        "scene renders {render} there: a background that is not in the scene "
+        "counts as if it were; give a mask, 'silhouette', or 'background': "
+        '"border"',
+        photo=capture.photo,
+        mean=f"{behind.mean():.0%}",
+        what=what,
+        render=f"{render:.2g}",
     )

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..messages import control, message, thing
 from ..problems import Problem
 from ..scene_read.values import CameraValues
 from .photo_files import pixels, same_aspect
@@ -51,7 +52,7 @@ def window_of(
 ) -> PhotoWindow | None:
     """The window of a photo whose file has so many pixels; None, with a problem, if what is said of
     them does not agree. orientation: Exif's, which is reported and not applied."""
-    title = f"Photo '{request.photo}'"
+    title = thing("Photo", request.photo)
     size, crop = request.size or file_size, request.crop
     turned = ""
     if orientation in _ON_ITS_SIDE:
@@ -86,13 +87,19 @@ def window_of(
         own = request.pixel_aspect if request.pixel_aspect is not None else scene
         return PhotoWindow(size, crop, size[0] / size[1] * own / scene)
     if not same_aspect(file_size, (camera.width, camera.height)):
-        cause = (
-            f"it is {pixels(file_size)}, camera '{camera.name}' renders "
-            f"{camera.width} x {camera.height}{turned}"
+        cause = message(
+            "window.other-shape",
+            "it is {pixels}, camera '{camera}' renders {width} x {height}{turned}",
+            pixels=pixels(file_size),
+            camera=camera.name,
+            width=camera.width,
+            height=camera.height,
+            turned=turned,
         )
-        cure = (
-            f"give its 'size', {list(file_size)} for a whole photo, in the captures or the panel, "
-            "or change the resolution of the scene to the same aspect"
+        cure = control(
+            "resolution",
+            f"give its 'size', {list(file_size)} for a whole photo, in the captures, or change the "
+            "resolution of the scene to the same aspect",
         )
         problems.append(Problem(title, cause, cure, ASPECT))
         return None

@@ -25,7 +25,7 @@ from ..fit.staging.request import PRESETS as STAGE_PRESETS
 from ..fit.unknowns import WHICH_MATERIAL, candidates_of, fittable_usual, usual_requests
 from ..parameters import join_name
 from ..paths import absolute, why_not_folder
-from ..problems import BadInput, Problem, meant, problems_of
+from ..problems import BadInput, Problem, meant
 from ..report.finished_fit import FinishedFit
 from ..report.results import new_folder, size_of
 from ..scene_read.options import options_of
@@ -221,8 +221,8 @@ def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FinishedFit:
         if resumed or job.so_far().iterations:
             raise
         recorder.finished()
-        said = ValueError(str(error).removeprefix("Iteration 0: "))
-        raise BadInput(problems_of(said, "Fit", "change the photos or the settings")) from error
+        cure = "change the photos or the settings"
+        raise BadInput(Problem("Fit", str(error), cure)) from error
     finally:
         job.join()
     recorder.update(job, now=True)

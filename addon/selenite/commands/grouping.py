@@ -8,35 +8,35 @@ import re
 from collections.abc import Iterable
 from pathlib import PurePath
 
+from ..messages import rendered, subject
 from ..problems import listed
 
-#: What a line may be of, its name, and what is said of it.
-_OF_ONE = re.compile(r"(Photo|Mask|Exclude|Camera) '([^']*)'([^':]*: .*)", re.DOTALL)
+#: What many lines may say the same of.
+_OF_MANY = ("photo", "mask", "exclude", "camera")
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 #: Lines that stand alone; of more, one says how many and names the first of them.
 _MOST_ALONE, _NAMED = 3, 3
+_PLACE = "\0"  # of the thing, in what is said of it
 
 
 def grouped(lines: Iterable[str]) -> list[str]:
     """The lines, in their order. Where more than three say the same of photos, masks or cameras but
     for numbers, one stands for all, with the least and the largest of each number."""
-    groups: dict[tuple[str, str], list[tuple[str, str]]] = {}
+    groups: dict[tuple[str, str], list[tuple[str, str, str]]] = {}
     for line in lines:
-        match = _OF_ONE.fullmatch(line)
-        kind, name, said = match.groups() if match else ("", "", line)
-        key = (kind, _NUMBER.sub("#", said)) if match else ("", line)
-        groups.setdefault(key, []).append((name, said))
+        kind, name = subject(line)
+        said = rendered(line, {f"thing.{kind}": _PLACE}.get) if kind in _OF_MANY else ""
+        key = (kind, _NUMBER.sub("#", said)) if said else ("", line)
+        groups.setdefault(key, []).append((line, name, said))
     found = []
     for (kind, _), members in groups.items():
-        if not kind:
-            found += [said for _, said in members]
-        elif len(members) <= _MOST_ALONE:
-            found += [f"{kind} '{name}'{said}" for name, said in members]
-        else:
-            names = [PurePath(name.replace("\\", "/")).name or name for name, _ in members]
-            more = f" and {len(names) - _NAMED} more"
-            said = _in_ranges([said for _, said in members])
-            found.append(f"{len(names)} {kind.lower()}s ({listed(names[:_NAMED])}{more}){said}")
+        if not kind or len(members) <= _MOST_ALONE:
+            found += [line for line, _, _ in members]
+            continue
+        names = [PurePath(name.replace("\\", "/")).name or name for _, name, _ in members]
+        more = f" and {len(names) - _NAMED} more"
+        all_of_them = f"{len(names)} {kind}s ({listed(names[:_NAMED])}{more})"
+        found.append(_in_ranges([said for *_, said in members]).replace(_PLACE, all_of_them))
     return found
 
 

@@ -13,8 +13,9 @@ from .. import native
 from ..fit.plan import build_scene
 from ..fit.settings import number
 from ..fit.unknowns import find_parameter
+from ..messages import thing
 from ..parameters import Parameter, Values, join_name
-from ..problems import BadInput, Problem, choice, listed, refused
+from ..problems import BadInput, Problem, Reason, choice, listed, refused
 from ..scene_read.options import ReadingOptions, set_options
 from ..scene_read.values import CameraValues, Owner, SceneValues
 from .arguments import input_file, stop_if, unquoted
@@ -140,10 +141,9 @@ def find_constant(
         return None
     owner, parameter = found
     if parameter.name not in owner.values:
-        reason = owner.fixed.get(parameter.name, "its value could not be read")
-        cause, _, cure = reason.partition(": ")
-        title = f"Parameter '{join_name(owner.name, parameter.name)}'"
-        problems.append(Problem(title, cause, cure or "name another parameter"))
+        reason = owner.fixed.get(parameter.name, Reason("its value could not be read"))
+        title = thing("Parameter", join_name(owner.name, parameter.name))
+        problems.append(reason.problem(title, "name another parameter"))
         return None
     return found
 

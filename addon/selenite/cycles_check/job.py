@@ -19,6 +19,7 @@ from .. import grid_files, parameters
 from ..atomic_files import write_json
 from ..capture.prepared import Capture
 from ..fit.request import RunRequest
+from ..messages import message
 from ..parameters import Values
 from ..scene_read.blender_process import BlenderProcess
 from ..scene_read.values import GridValues
@@ -118,8 +119,13 @@ def verdict(report: CheckReport) -> str:
             if share > worst:
                 worst, most, where = share, abs(size), photo
     if not where:
-        return "Cycles agrees with the fit"
-    return f"Cycles differs from the fit by {100 * most:.1f} % in '{where}': see its pictures"
+        return message("job.cycles-agrees-fit", "Cycles agrees with the fit")
+    return message(
+        "job.cycles-differs-from-fit",
+        "Cycles differs from the fit by {most} % in '{where}': see its pictures",
+        most=f"{100 * most:.1f}",
+        where=where,
+    )
 
 
 def lines(report: CheckReport) -> list[str]:
@@ -129,5 +135,10 @@ def lines(report: CheckReport) -> list[str]:
         found.append(
             compare.line(f"{photo}: Selenite against Cycles", row["native_against_cycles"])
         )
-        found.append(compare.line(f"{photo}: Cycles against photo", row["cycles_against_photo"]))
+        found.append(
+            compare.line(
+                message("job.cycles-against-photo", "{photo}: Cycles against photo", photo=photo),
+                row["cycles_against_photo"],
+            )
+        )
     return found

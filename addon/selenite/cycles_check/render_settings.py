@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import bpy
 
+from ..messages import message
 from ..scene_read import hosts
 from .setting_text import setting_text
 
@@ -58,7 +59,14 @@ class Remark:
 
     def line(self) -> str:
         """As one line of text."""
-        return f"{self.name} is {self.value} (fit: {self.wanted}): {self.cost}"
+        return message(
+            "render_settings.fit",
+            "{name} is {value} (fit: {wanted}): {cost}",
+            name=self.name,
+            value=self.value,
+            wanted=self.wanted,
+            cost=self.cost,
+        )
 
     def as_json(self) -> RemarkRow:
         """For the report of a check."""
@@ -102,14 +110,17 @@ SETTINGS = (
         "render.engine",
         "CYCLES",
         lambda value: value != "CYCLES",
-        "only Cycles renders what was fitted",
+        message("render_settings.only-cycles-renders-what", "only Cycles renders what was fitted"),
     ),
     Setting(
         "Volume Bounces",
         "cycles.volume_bounces",
         MANY,
         _few,
-        "0 shows single scattering: 27 % of a picture with a dense bright medium",
+        message(
+            "render_settings.shows-single-scattering-picture",
+            "0 shows single scattering: 27 % of a picture with a dense bright medium",
+        ),
         needs="volume",
     ),
     Setting(
@@ -117,7 +128,10 @@ SETTINGS = (
         "cycles.transmission_bounces",
         MANY,
         _few,
-        "12 of them and 12 in all lose 1 to 2 % of a picture with glass",
+        message(
+            "render_settings.them-all-lose-picture",
+            "12 of them and 12 in all lose 1 to 2 % of a picture with glass",
+        ),
         needs="transmission",
     ),
     Setting(
@@ -125,7 +139,10 @@ SETTINGS = (
         "cycles.transparent_max_bounces",
         MANY,
         _few,
-        "light ends behind that many surfaces with alpha",
+        message(
+            "render_settings.light-ends-behind-many",
+            "light ends behind that many surfaces with alpha",
+        ),
         needs="alpha",
     ),
     Setting(
@@ -133,84 +150,110 @@ SETTINGS = (
         "cycles.max_bounces",
         MANY,
         _few,
-        "12 lose 1 to 2 % of a picture with glass, 5 % of a white room",
+        message(
+            "render_settings.lose-picture-glass-white",
+            "12 lose 1 to 2 % of a picture with glass, 5 % of a white room",
+        ),
     ),
     Setting(
         "Diffuse Bounces",
         "cycles.diffuse_bounces",
         MANY,
         _few,
-        "4 lose 3 % of a Cornell box, 27 % of a white room",
+        message(
+            "render_settings.lose-cornell-box-white",
+            "4 lose 3 % of a Cornell box, 27 % of a white room",
+        ),
     ),
     Setting(
         "Glossy Bounces",
         "cycles.glossy_bounces",
         MANY,
         _few,
-        "4 lose 26 % of a room of metal",
+        message("render_settings.lose-room-metal", "4 lose 26 % of a room of metal"),
     ),
     Setting(
         "Filter Glossy",
         "cycles.blur_glossy",
         0.0,
         _positive,
-        "1 loses 2 to 4 % of a picture with glass, 10 % with a medium, 19 % of a room of metal",
+        message(
+            "render_settings.loses-picture-glass-medium",
+            "1 loses 2 to 4 % of a picture with glass, 10 % with a medium, 19 % of a room of metal",
+        ),
     ),
     Setting(
         "Clamp Indirect",
         "cycles.sample_clamp_indirect",
         0.0,
         _positive,
-        "10 loses 0.1 to 0.7 % of a picture, more with small bright lights",
+        message(
+            "render_settings.loses-picture-more-small",
+            "10 loses 0.1 to 0.7 % of a picture, more with small bright lights",
+        ),
     ),
     Setting(
         "Clamp Direct",
         "cycles.sample_clamp_direct",
         0.0,
         _positive,
-        "cuts highlights off",
+        message("render_settings.cuts-highlights-off", "cuts highlights off"),
     ),
     Setting(
         "Reflective Caustics",
         "cycles.caustics_reflective",
         True,
         _off,
-        "without both caustics 6 to 8 % of a picture with glass are lost",
+        message(
+            "render_settings.without-both-caustics-picture",
+            "without both caustics 6 to 8 % of a picture with glass are lost",
+        ),
     ),
     Setting(
         "Refractive Caustics",
         "cycles.caustics_refractive",
         True,
         _off,
-        "without both caustics 6 to 8 % of a picture with glass are lost",
+        message(
+            "render_settings.without-both-caustics-picture",
+            "without both caustics 6 to 8 % of a picture with glass are lost",
+        ),
     ),
     Setting(
         "Fast GI Approximation",
         "cycles.use_fast_gi",
         False,
         _on,
-        "replaces bounces by a constant: half of a room's light",
+        message(
+            "render_settings.replaces-bounces-constant-half",
+            "replaces bounces by a constant: half of a room's light",
+        ),
     ),
     Setting(
         "Film Exposure",
         "cycles.film_exposure",
         1.0,
         lambda value: abs(value - 1) > 1e-6,
-        "multiplies the whole picture",
+        message("render_settings.multiplies-whole-picture", "multiplies the whole picture"),
     ),
     Setting(
         "Denoise",
         "cycles.use_denoising",
         False,
         _on,
-        "smooths what the photo shows sharp; brightness stays",
+        message(
+            "render_settings.smooths-what-photo-shows",
+            "smooths what the photo shows sharp; brightness stays",
+        ),
     ),
     Setting(
         "Light Threshold",
         "cycles.light_sampling_threshold",
         0.0,
         _positive,
-        "adds noise in dim light; brightness stays",
+        message(
+            "render_settings.adds-noise-dim-light", "adds noise in dim light; brightness stays"
+        ),
         remark=True,
     ),
     Setting(
@@ -218,7 +261,10 @@ SETTINGS = (
         "cycles.pixel_filter_type",
         "BOX",
         lambda value: value != "BOX",
-        "blurs edges by about a pixel; brightness stays",
+        message(
+            "render_settings.blurs-edges-about-pixel",
+            "blurs edges by about a pixel; brightness stays",
+        ),
         remark=True,
     ),
     Setting(
@@ -226,7 +272,10 @@ SETTINGS = (
         "view_settings.view_transform",
         "Standard",
         lambda value: value not in {"Standard", "Raw"},
-        "shows other colours on screen than the photo has; OpenEXR files are not touched",
+        message(
+            "render_settings.shows-other-colours-on",
+            "shows other colours on screen than the photo has; OpenEXR files are not touched",
+        ),
         remark=True,
     ),
     # What follows cannot spoil a picture, or is told elsewhere; a comparison render needs it.
@@ -254,9 +303,15 @@ SETTINGS = (
 )
 
 _OFFSET = "Shadow Terminator Geometry Offset"
-_OFFSET_COST = "shifts shadows at grazing light on coarse smooth meshes: 0.1 % on a coarse sphere"
+_OFFSET_COST = message(
+    "render_settings.shifts-shadows-at-grazing",
+    "shifts shadows at grazing light on coarse smooth meshes: 0.1 % on a coarse sphere",
+)
 _DISTRIBUTION = "Distribution"
-_DISTRIBUTION_COST = "Blender 3 renders it by a random walk; the fit renders GGX"
+_DISTRIBUTION_COST = message(
+    "render_settings.blender-renders-random-walk",
+    "Blender 3 renders it by a random walk; the fit renders GGX",
+)
 
 
 def set_comparison(scene: bpy.types.Scene, samples: int, seed: int = 0) -> None:
@@ -285,7 +340,11 @@ def remarks(scene: bpy.types.Scene, contents: Contents) -> list[Remark]:
         value = f"Multiscatter GGX in {', '.join(contents.random_walks)}"
         found.append(Remark(_DISTRIBUTION, value, "GGX", _DISTRIBUTION_COST, True))
     if contents.shifted:
-        value = f"above 0 for {contents.shifted} objects"
+        value = message(
+            "render_settings.above-objects",
+            "above 0 for {shifted} objects",
+            shifted=contents.shifted,
+        )
         found.append(Remark(_OFFSET, value, "0", _OFFSET_COST, False))
     return sorted(found, key=lambda item: not item.spoils)
 

@@ -18,6 +18,7 @@ from pathlib import Path
 from .. import __version__
 from ..atomic_files import write_bytes, write_json
 from ..json_text import read_json
+from ..messages import thing
 from ..paths import MISSING, is_folder, is_there, why_not_file
 from ..problems import BadInput, Problem
 from .inputs import Inputs
@@ -144,7 +145,7 @@ class Recorder:
 
 def load(folder: Path) -> Unfinished:
     """What was asked for, and how far it has come. Raises BadInput."""
-    title = f"Folder '{folder}'"
+    title = thing("Folder", folder)
     if not is_folder(folder):
         cause = "it is a file" if is_there(folder) else MISSING
         raise BadInput(Problem(title, cause, "give the folder of a run"))

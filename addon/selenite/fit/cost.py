@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from .. import native
 from ..capture.prepared import Capture
-from ..problems import BadInput, problems_of
+from ..problems import refused
 from .job import FitJob
 from .plan import FitPlan
 from .settings import FitSettings
@@ -57,7 +57,7 @@ def phase_paths(
 ) -> dict[str, float]:
     """As `paths`, by the name of each phase that the fit is expected to have. own: native settings
     in place of those of `settings`."""
-    try:
+    with refused("Fit", "change the settings or the bounds"):
         planned = native.core().schedule(
             plan.scene,
             sizes_at(plan.captures, settings.height),
@@ -67,9 +67,6 @@ def phase_paths(
             ],
             settings.native() | dict(own or {}),
         )
-    except (ValueError, KeyError) as error:
-        cure = "change the settings or the bounds"
-        raise BadInput(problems_of(error, "Fit", cure)) from error
     found: dict[str, float] = {}
     for row in planned:
         cost = row["pixels"] * row["spp"] * row["renders"] * _PATH[row["derivatives"]]

@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import __version__
 from ..capture.request import PACKED
+from ..messages import thing
 from ..paths import why_not_file
 from ..problems import Problem
 from ..scene_read.values import SceneValues
@@ -58,7 +59,7 @@ def inputs_of(values: SceneValues, request: RunRequest, packed: Mapping[str, byt
     titles = {
         **{title: name for item in request.captures for title, name in item.files().items()},
         **{
-            f"File '{item.grid}'": item.grid
+            thing("File", item.grid): item.grid
             for item in request.unknowns
             if item.grid and not item.grid.isdecimal()
         },
@@ -85,7 +86,7 @@ def changes(before: Inputs, now: Inputs, scene: str) -> list[Problem]:
     parts = [name for name in before.scene if before.scene[name] != now.scene.get(name)]
     if parts:
         cause = f"its {', '.join(parts)} have changed since the run began"
-        problems.append(Problem(f"Scene '{scene}'", cause, cure))
+        problems.append(Problem(thing("Scene", scene), cause, cure))
     return problems
 
 

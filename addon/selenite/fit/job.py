@@ -13,8 +13,9 @@ import numpy as np
 
 from .. import native
 from ..capture.views import View
+from ..messages import thing
 from ..parameters import Values
-from ..problems import BadInput, Failed, Problem, problems_of
+from ..problems import BadInput, Failed, Problem, refused
 from . import trust
 from .diagnosis.course import Limits, diagnose, still_falling
 from .plan import FitPlan
@@ -61,7 +62,7 @@ class FitJob:
         self._diagnosing: threading.Thread | None = None
         unknowns = [item.native() for item in plan.unknowns]
         unknowns += [item.native() for item in plan.fields]
-        try:
+        with refused("Fit", "change the settings or the bounds"):
             if plan.stages:
                 stages = [stage.native() for stage in plan.stages]
                 self._fit = native.core().Fit(unknowns, stages=stages)
@@ -70,9 +71,6 @@ class FitJob:
                 settings = plan.request.settings.native()
                 settings |= {} if refined else {"refinement": "off"}
                 self._fit = native.core().Fit(plan.scene, photos, unknowns, settings)
-        except (ValueError, KeyError) as error:
-            cure = "change the settings or the bounds"
-            raise BadInput(problems_of(error, "Fit", cure)) from error
         if state is not None:
             self._restore(state)
 
@@ -81,7 +79,7 @@ class FitJob:
             self._fit.restore(state.data, state.seconds)
         except ValueError as error:
             cure = "delete its folder, and start the run anew with its run.json"
-            raise BadInput(Problem(f"File '{state.name}'", _text(error), cure)) from error
+            raise BadInput(Problem(thing("File", state.name), _text(error), cure)) from error
 
     def start(self) -> None:
         """Returns at once; the native thread works without the GIL."""

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from ..messages import joined, message
 from ..problems import BadInput
 from .cost import phase_paths
 from .job import DESCENT, MULTI_START
@@ -22,6 +23,17 @@ PHASES = (MULTI_START, DESCENT, "refinement", "comparison", "roughness-profile",
 #: What follows the native fit: looking for wrong lights, filling texels that no photo sees.
 FINISHING = "finishing"
 _FINISHING_SHARE = 0.02
+#: What the native module and this one call a phase -> what a user sees.
+_PHASES = {
+    "starting": message("phase.starting", "starting"),
+    "multi-start": message("phase.multi-start", "multi-start"),
+    "descent": message("phase.descent", "descent"),
+    "refinement": message("phase.refinement", "refinement"),
+    "comparison": message("phase.comparison", "comparison"),
+    "parts": message("phase.parts", "parts"),
+    "roughness-profile": message("phase.roughness-profile", "roughness profile"),
+    FINISHING: message("phase.finishing", "finishing"),
+}
 #: Iterations after which most fits that are refined have converged, as the native schedule counts.
 _CONVERGED_AFTER = 15
 #: Of a phase whose length is a guess: where its share begins to wait for the end.
@@ -42,8 +54,12 @@ class Shown:
     @property
     def text(self) -> str:
         """ "43 %, refinement, 12 min left"; without a part that is not known."""
-        parts = [f"{100 * self.fraction:.0f} %", self.phase, time_text(self.left)]
-        return ", ".join(part for part in parts if part)
+        parts = [
+            f"{100 * self.fraction:.0f} %",
+            _PHASES.get(self.phase, self.phase),
+            time_text(self.left),
+        ]
+        return joined(", ", (part for part in parts if part))
 
 
 class Overall:
@@ -103,11 +119,16 @@ def time_text(seconds: float | None) -> str:
     if seconds is None or not math.isfinite(seconds):
         return ""
     if seconds < 60:
-        return "less than 1 min left"
+        return message("overall.less-than-min-left", "less than 1 min left")
     minutes = math.ceil(seconds / 60)
     if minutes < 60:
-        return f"{minutes} min left"
-    return f"{minutes // 60} h {minutes % 60} min left"
+        return message("overall.min-left", "{minutes} min left", minutes=minutes)
+    return message(
+        "overall.h-min-left",
+        "{hours} h {minutes} min left",
+        hours=minutes // 60,
+        minutes=minutes % 60,
+    )
 
 
 def _weights(plan: FitPlan) -> list[dict[str, float]]:

@@ -14,6 +14,7 @@ from ..capture import light_states, suspicion
 from ..capture.prepared import Capture, read_captures
 from ..capture.request import PACKED, CaptureRequest, with_ids
 from ..capture.silhouette import Silhouettes
+from ..messages import remark, thing
 from ..paths import MISSING, why_not_file
 from ..problems import BadInput, Problem, refused
 from ..scene_read.build import build
@@ -237,9 +238,9 @@ def build_scene(values: SceneValues) -> Scene:
         if count >= triangles.get(name, 0):
             cause = f"none of its {count} triangles has an area"
             cure = "scale its faces up, hide it from renders or delete it"
-            problems.append(Problem(f"Mesh '{name}'", cause, cure))
+            problems.append(Problem(thing("Mesh", name), cause, cure))
         else:
-            values.warn(f"Mesh '{name}': {count} degenerate triangles are left out")
+            values.warn(remark(thing("Mesh", name), f"{count} degenerate triangles are left out"))
     if problems:
         raise BadInput(problems)
     return scene

@@ -9,6 +9,7 @@ from pathlib import Path
 from .. import __version__
 from ..capture.request import LARGEST, CaptureRequest
 from ..json_text import read_json
+from ..messages import thing
 from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.options import ReadingOptions
@@ -104,7 +105,9 @@ def read_run(path: Path) -> RunRequest:
         data = read_json(path)
     except ValueError as error:
         cause = f"cannot be read ({error})"
-        raise BadInput(Problem(f"File '{path}'", cause, "give a run.json of Selenite")) from error
+        raise BadInput(
+            Problem(thing("File", path), cause, "give a run.json of Selenite")
+        ) from error
     return RunRequest.from_json(data)
 
 

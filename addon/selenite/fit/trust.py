@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from .. import native
+from ..messages import control, joined, message
 from ..parameters import join_name, plain
 from ..problems import listed
 from .diagnosis.gauge import ENVIRONMENT, gauges
@@ -30,6 +31,11 @@ GOOD, CLOSE = 1.0, 5.0
 #: The loss that takes no notice of exposure, which is most of what it leaves unexplained.
 _OF_ANY_EXPOSURE = "brightness-independent-mse"
 T = TypeVar("T")
+#: Ends of the bounds, in a sentence.
+BOUNDS = {
+    "minimum": message("word.minimum", "minimum"),
+    "maximum": message("word.maximum", "maximum"),
+}
 
 
 @dataclass(frozen=True)
@@ -115,6 +121,14 @@ def cancelled(fit: FitResult) -> bool:
     return fit.stopped == native.core().StopReason.CANCELLED
 
 
+def matches(fit: FitResult) -> bool:
+    """Whether the photos are known to be explained but for `GOOD` percent of their brightness."""
+    left = misfit(fit)
+    if left is None or left.hidden:
+        return False
+    return left.explained or unexplained_percent(fit) <= GOOD
+
+
 def unconverged(plan: FitPlan) -> list[str]:
     """Ids of photos with much light in isolated bright pixels. Their noise has tails that no
     interval knows of: the light of rare paths may be missing from a photo, or be there twice."""
@@ -132,33 +146,44 @@ def sure(fit: FitResult) -> bool:
     return bool(reported) and all(all(entry.determined) for entry in reported.values())
 
 
-def words(unknown: Unknown, fit: FitResult) -> list[str]:
-    """What a user should know about one value; without a refinement, what is known of its kind."""
+def words(unknown: Unknown, fit: FitResult, *, intervals: bool = True) -> list[str]:
+    """What a user should know about one value; without a refinement, what is known of its kind.
+    intervals: not where a table has them."""
     lines = _fitted_with_an_image(unknown, fit)
     reported = fit.report.parameters.get(unknown.name)
     if reported is None:
         return lines
-    intervals = [
-        f"{low:.3f} to {high:.3f}" if ok else "?"
-        for (low, high), ok in zip(reported.interval_90, reported.determined, strict=True)
-    ]
     if any(reported.determined):
-        lines += [f"{_confidence(fit)}: {'; '.join(intervals)}", *_under_texels(unknown, fit)]
+        ends = [
+            f"{low:.3f} to {high:.3f}" if ok else "?"
+            for (low, high), ok in zip(reported.interval_90, reported.determined, strict=True)
+        ]
+        lines += [joined(": ", (_confidence(fit), "; ".join(ends)))] if intervals else []
+        lines += _under_texels(unknown, fit)
     if not all(reported.determined):
         lines.append(_undetermined(unknown, reported, _alternatives(unknown, fit)))
     bounds = {side for side in reported.at_bound if side}
     for side in sorted(bounds):
         bound = unknown.minimum if side == "minimum" else unknown.maximum
         if side in unknown.range_ends:
-            lines.append(f"at its {side} {bound:g}, where its range ends")
+            lines.append(
+                message(
+                    "trust.at-where-range-ends",
+                    "at its {side} {bound}, where its range ends",
+                    side=BOUNDS[side],
+                    bound=f"{bound:g}",
+                )
+            )
         else:
-            lines.append(f"at its {side} {bound:g}: widen the bound, or something else is wrong")
+            lines.append(
+                message(
+                    "trust.at-widen-bound-something",
+                    "at its {side} {bound}: widen the bound, or something else is wrong",
+                    side=BOUNDS[side],
+                    bound=f"{bound:g}",
+                )
+            )
     return lines
-
-
-def reasons(unknown: Unknown, fit: FitResult) -> list[str]:
-    """As `words`, without the interval itself."""
-    return [text for text in words(unknown, fit) if not text.startswith(_confidence(fit))]
 
 
 def level_of_gains(plan: FitPlan) -> str:
@@ -173,14 +198,25 @@ def _confidence(fit: FitResult) -> str:
     errors that pixels of a part or of a photo share: not for those that all photos share."""
     left = misfit(fit)
     if left is not None and left.hidden:
-        return "90 %, but noise of the renders hides whether the photos are explained"
+        return message(
+            "trust.but-noise-renders-hides",
+            "90 %, but noise of the renders hides whether the photos are explained",
+        )
     if left is None or left.explained:
         return "90 %"
     if fields := _fields(fit):
-        return f"90 %, provided that the misfit is that of {fields}"
+        return message(
+            "trust.provided-misfit",
+            "90 %, provided that the misfit is that of {fields}",
+            fields=fields,
+        )
     share = unexplained_percent(fit)
     text = f"{share:.1f}" if share < 10 else f"{share:.0f}"
-    return f"90 % by how photos and their parts differ, with {text} % unexplained"
+    return message(
+        "trust.how-photos-their-parts",
+        "90 % by how photos and their parts differ, with {text} % unexplained",
+        text=text,
+    )
 
 
 def _fitted_with_an_image(unknown: Unknown, fit: FitResult) -> list[str]:
@@ -193,9 +229,12 @@ def _fitted_with_an_image(unknown: Unknown, fit: FitResult) -> list[str]:
     if not _PART_CLEAR[0] < value < _PART_CLEAR[1]:
         return []
     return [
-        "the image can compensate for it: a paler image on a partly transmitting body renders much "
-        "like a darker one on an opaque body. If yours is opaque, set it to 0, leave it out and "
-        "fit again"
+        message(
+            "trust.image-can-compensate-paler",
+            "the image can compensate for it: a paler image on a partly "
+            "transmitting body renders much like a darker one on an opaque body. If"
+            " yours is opaque, set it to 0, leave it out and fit again",
+        )
     ]
 
 
@@ -212,8 +251,13 @@ def _under_texels(unknown: Unknown, fit: FitResult) -> list[str]:
         return []
     rows, columns = np.shape(fit.fields_best[ENVIRONMENT])[:2]
     return [
-        f"the interval takes the {rows * columns} texels of {ENVIRONMENT} for the light: fit "
-        "again with another number of them, and do not rely on a value that changes"
+        message(
+            "trust.interval-takes-texels-light",
+            "the interval holds for the {count} texels of {environment}: fit again with "
+            "another number of them, and do not rely on a value that changes",
+            count=rows * columns,
+            environment=ENVIRONMENT,
+        )
     ]
 
 
@@ -231,51 +275,82 @@ def _text(values: Sequence[float]) -> str:
 def _undetermined(unknown: Unknown, reported: ParameterConfidence, alternatives: list[str]) -> str:
     """Names what could compensate for it."""
     channels = [c for c, ok in zip("RGB", reported.determined, strict=False) if not ok]
-    which = "" if len(reported.determined) == 1 else f" in {', '.join(channels)}"
+    which = f" in {', '.join(channels)}" if len(reported.determined) > 1 else ""
     others = {
         name.partition("[")[0]
         for name, ok in zip(reported.correlated_with, reported.determined, strict=True)
         if name and not ok
     } - {unknown.name}
-    text = f"not determined by these photos{which}"
+    text = message(
+        "trust.not-determined-photos", "not determined by these photos{which}", which=which
+    )
     if alternatives:
-        text += f": {' or '.join(alternatives)} in an equivalent alternative minimum"
+        why = message(
+            "trust.equivalent-alternative-minimum",
+            "{names} in an equivalent alternative minimum",
+            names=joined(message("trust.or", " or "), alternatives),
+        )
     elif others:
-        text += f": {' and '.join(sorted(others))} can compensate for it, so it has no interval"
+        why = message(
+            "trust.can-compensate-so-no",
+            "{names} can compensate for it, so it has no interval",
+            names=joined(message("trust.and", " and "), sorted(others)),
+        )
     else:
-        text += ": values far apart render alike, so it has no interval"
-    return text
+        why = message(
+            "trust.values-far-apart-render",
+            "values far apart render alike, so it has no interval",
+        )
+    return joined(": ", (text, why))
 
 
 def sentences(plan: FitPlan, fit: FitResult, *, intervals: bool = True) -> list[str]:
     """All of it, a line each. intervals: not where a table has them."""
-    said = words if intervals else reasons
-    lines = [f"{item.name}: {text}" for item in plan.unknowns for text in said(item, fit)]
-    if any("not determined" in line for line in lines):
+    lines: list[str] = [
+        joined(": ", (item.name, text))
+        for item in plan.unknowns
+        for text in words(item, fit, intervals=intervals)
+    ]
+    reports = [fit.report.parameters.get(item.name) for item in plan.unknowns]
+    if not all(all(one.determined) for one in reports if one is not None):
         lines.append(
-            "The most informative next photo: selenite next-camera RESULT_FOLDER, or Suggest Next "
-            "Camera in the panel"
+            message(
+                "trust.most-informative-next-photo",
+                "{next_camera} reports the most informative next photo",
+                next_camera=control("next-camera", "selenite next-camera RESULT_FOLDER"),
+            )
         )
     lines += [gauge.text() for gauge in gauges(fit)]
     left = misfit(fit)
     if plan.fields and left is None:
         names = " and ".join(item.name for item in plan.fields)
         lines.append(
-            "The errors of these values are not known: few photos cannot separate them from "
-            f"{names}. Compare fits from other starts or to other photos"
+            message(
+                "trust.errors-values-not-known",
+                "The errors of these values are not known: few photos cannot separate "
+                "them from {names}. Compare fits from other starts or to other photos",
+                names=names,
+            )
         )
     for values in fit.report.alternative_minima:
         all_of_it = "; ".join(f"{item.name} {_text(values[item.name])}" for item in plan.unknowns)
         lines.append(
-            f"Alternative minimum, equivalent within noise: {all_of_it}. Decide by eye, or take "
-            "another photo, more samples or larger pictures"
+            message(
+                "trust.alternative-minimum-equivalent-within",
+                "Alternative minimum, equivalent within noise: {values}. Decide by "
+                "eye, or take another photo, more samples or larger pictures",
+                values=all_of_it,
+            )
         )
     if fit.kept_start:
-        advice = "" if explained(fit) else ". Check lights, cameras and masks"
-        lines.append(
-            "No values were found whose loss is below that of the start: these are the start's"
-            + advice
+        text = message(
+            "trust.no-values-found-whose",
+            "No values were found whose loss is below that of the start: these are the start's",
         )
+        if not matches(fit):
+            cure = message("trust.check-lights-cameras-masks", "Check lights, cameras and masks")
+            text = joined(". ", (text, cure))
+        lines.append(text)
     if left is not None:
         lines.append(_misfit_text(left, unexplained_percent(fit), _fields(fit)))
     elif not plan.fields and (share := unexplained_percent(fit)) > 0:
@@ -284,8 +359,12 @@ def sentences(plan: FitPlan, fit: FitResult, *, intervals: bool = True) -> list[
     noisy = unconverged(plan)
     if noisy:
         lines.append(
-            f"Much light of {listed(noisy)} is in isolated bright pixels: values may be wrong by "
-            "more than their intervals say"
+            message(
+                "trust.much-light-isolated-bright",
+                "Much light of {names} is in isolated bright pixels: values may be "
+                "wrong by more than their intervals say",
+                names=listed(noisy),
+            )
         )
     if text := of_search(fit):
         lines.append(text)
@@ -297,16 +376,35 @@ def of_search(fit: FitResult) -> str:
     points, moved = fit.search.points, fit.search.moved
     if stopped_in_search(fit):
         if not points:
-            return "Stopped before the first iteration: values are the start's"
-        which = "the best of them" if moved else "the start's: none is clearly better"
-        return (
-            f"Stopped in the multi-start after {points} starting points: the values are {which}, "
-            "not refined"
+            return message(
+                "trust.stopped-before-first-iteration",
+                "Stopped before the first iteration: values are the start's",
+            )
+        which = (
+            message("trust.best-them", "the best of them")
+            if moved
+            else message("trust.start-none-clearly-better", "the start's: none is clearly better")
+        )
+        return message(
+            "trust.stopped-multi-start-after",
+            "Stopped in the multi-start after {points} starting points: the values "
+            "are {which}, not refined",
+            points=points,
+            which=which,
         )
     if not points:
         return ""
-    went = "continued from another one" if moved else "kept the given one"
-    return f"Multi-start: evaluated {points} starting points and {went}"
+    went = (
+        message("trust.continued-from-another-one", "continued from another one")
+        if moved
+        else message("trust.kept-given-one", "kept the given one")
+    )
+    return message(
+        "trust.multi-start-evaluated-starting",
+        "Multi-start: evaluated {points} starting points and {went}",
+        points=points,
+        went=went,
+    )
 
 
 def stopped_in_search(fit: FitResult) -> bool:
@@ -327,22 +425,44 @@ def unexplained_percent(fit: FitResult) -> float:
 
 def _misfit_text(left: Misfit, share: float, fields: str) -> str:
     if left.hidden:
-        return (
-            f"Misfit: not known ({left.value:.3g} +- {left.standard_error:.2g} of squared "
-            "brightness): few bright paths make most of the renders; take more samples, or larger "
-            "lamps"
+        return message(
+            "trust.misfit-not-known-squared",
+            "Misfit: not known ({value} +- {standard_error} of squared brightness):"
+            " few bright paths make most of the renders; take more samples, or "
+            "larger lamps",
+            value=f"{left.value:.3g}",
+            standard_error=f"{left.standard_error:.2g}",
         )
     if left.explained:
-        return "Misfit: the photos are explained within noise"
+        return message(
+            "trust.misfit-photos-explained-within", "Misfit: the photos are explained within noise"
+        )
     return _unexplained(share, fields)
 
 
 def _unexplained(share: float, fields: str = "") -> str:
-    text = f"Misfit: {share:.1f} % of the photos' brightness is not explained"
+    text = message(
+        "trust.misfit-photos-brightness-not",
+        "Misfit: {share} % of the photos' brightness is not explained",
+        share=f"{share:.1f}",
+    )
     if fields:
-        return f"{text}: {fields} has not converged, or there is another cause"
+        return message(
+            "trust.not-converged-there-another",
+            "{text}: {fields} has not converged, or there is another cause",
+            text=text,
+            fields=fields,
+        )
     if share <= GOOD:
-        return f"{text} by these parameters"
+        return message("trust.parameters", "{text} by these parameters", text=text)
     if share <= CLOSE:
-        return f"{text} by these parameters; compare the pictures"
-    return f"{text} by these parameters; check lights, camera and geometry"
+        return message(
+            "trust.parameters-compare-pictures",
+            "{text} by these parameters; compare the pictures",
+            text=text,
+        )
+    return message(
+        "trust.parameters-check-lights-camera",
+        "{text} by these parameters; check lights, camera and geometry",
+        text=text,
+    )

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from .. import native, parameters
+from ..messages import control, remark, thing
 from ..parameters import Parameter, Values
-from ..problems import Problem, choice, listed
+from ..problems import Problem, Reason, choice, listed
 from ..scene_read.values import Owner, SceneValues
 from .field_kinds import KINDS
 from .request import UnknownRequest
@@ -78,7 +79,7 @@ def usual_requests(scene: SceneValues, problems: list[Problem]) -> list[UnknownR
     if len(candidates) != 1:
         names = listed(owner.name for owner in candidates)
         cause = f"which material to fit is not clear; candidates: {names}"
-        cure = "name the parameters, as in --fit Body:base_color,roughness"
+        cure = control("fit-some", "name the parameters, as in --fit Body:base_color,roughness")
         problems.append(Problem("Fit", cause, cure, WHICH_MATERIAL))
         return []
     owner = candidates[0]
@@ -116,7 +117,9 @@ def choose(
             continue
         key = (unknown.owner, unknown.parameter.name)
         if key in found:
-            problems.append(Problem(f"Parameter '{unknown.name}'", "given twice", "give it once"))
+            problems.append(
+                Problem(thing("Parameter", unknown.name), "given twice", "give it once")
+            )
         found[key] = unknown
     return list(found.values())
 
@@ -137,7 +140,7 @@ def find_parameter(
             o for o in scene.owners.values() if o.kind == "world" and o.datablock == owner_name
         )
         owner = next(named, None)
-    title = f"Parameter '{parameters.join_name(owner_name, name)}'"
+    title = thing("Parameter", parameters.join_name(owner_name, name))
     if owner is None:
         cause = f"no material, light or world of the scene is called '{owner_name}'"
         cure = of_object(scene, owner_name) or choice(owner_name, scene.owners)
@@ -176,11 +179,11 @@ def _unknown(
     if found is None:
         return None
     owner, parameter = found
-    title = f"Parameter '{parameters.join_name(owner.name, parameter.name)}'"
+    title = thing("Parameter", parameters.join_name(owner.name, parameter.name))
     reason = owner.fixed.get(parameter.name)
     if reason or parameter.name not in owner.values:
-        cause, _, cure = (reason or "its value could not be read").partition(": ")
-        problems.append(Problem(title, cause, cure or "fit another parameter"))
+        reason = reason or Reason("its value could not be read")
+        problems.append(reason.problem(title, "fit another parameter"))
         return None
     current = owner.values[parameter.name]
     bounds = _bounds(parameter, request, current, title, problems)
@@ -206,7 +209,9 @@ def _unknown(
             return None
     clamped = tuple(min(max(value, low), high) for value in start)
     if max(abs(a - b) for a, b in zip(clamped, start, strict=True)) > 0.01 * (high - low):
-        warnings.append(f"{title} starts at {_text(clamped)}, the nearest value inside its bounds")
+        warnings.append(
+            remark(title, f"starts at {_text(clamped)}, the nearest value inside its bounds", " ")
+        )
     return Unknown(owner.name, parameter, clamped, low, high, rate)
 
 

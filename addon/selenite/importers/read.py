@@ -61,7 +61,7 @@ def _of_mesh(file: Path, cameras: Path | str | None) -> Reconstruction:
     size_of(file, 1 << 40)
     if cameras is None:
         raise Place(file, "file").error(
-            "a mesh alone has no cameras", "give the file with the cameras too (--cameras)"
+            "a mesh alone has no cameras", "give the file with the cameras too"
         )
     if file.suffix.lower() == PLY:
         mesh, remarks = ply.read_ply(file)

@@ -37,7 +37,7 @@ def write_photos(
     if not distorted:
         return plan
     if is_there(folder):
-        cause, cure = "it exists", "remove it, or give --save another name"
+        cause, cure = "it exists", "remove it, or save under another name"
         raise BadInput(Problem(f"Folder '{folder}'", cause, cure))
     folder.mkdir()
     stems = file_stems(item.name for item in distorted)

@@ -11,7 +11,8 @@ import bpy
 from ..capture.scene_captures import ids_of
 from ..cycles_check.render_settings import Contents, remarks
 from ..fit.job import DESCENT
-from . import state
+from ..messages import message
+from . import state, warning_rows
 from .captures import lights as capture_lights
 from .captures import photo as capture_photo
 from .chosen import chosen
@@ -55,6 +56,8 @@ class SELENITE_UL_captures(bpy.types.UIList):
         """Tick, id, photo. The id of a row that is off is not in use: its camera stands there."""
         row = layout.row(align=True)
         row.prop(item, "enabled", text="")
+        if warning_rows.about(context.scene, warning_rows.of_capture(context.scene, index)):
+            row.label(text="", icon="ERROR")
         name = item.camera.name if item.camera else translated("no camera")
         name = ids_of(context.scene)[index] or name
         row.label(text=name, icon="CAMERA_DATA", translate=False)
@@ -76,7 +79,16 @@ class SELENITE_PT_captures(bpy.types.Panel):
         settings, layout = context.scene.selenite, self.layout
         missing = state.why_native_is_missing()
         if missing:
-            paragraph(layout, context, f"Selenite cannot work: {missing}", "ERROR")
+            paragraph(
+                layout,
+                context,
+                message(
+                    "panels.selenite-cannot-work",
+                    "Selenite cannot work: {missing}",
+                    missing=missing,
+                ),
+                "ERROR",
+            )
             return
         row = layout.row()
         row.template_list(
@@ -90,8 +102,12 @@ class SELENITE_PT_captures(bpy.types.Panel):
             layout.operator("selenite.load_photos", icon="FILE_FOLDER")
         layout.operator("selenite.import_reconstruction", icon="IMPORT")
         item = chosen(settings.captures, settings.active_capture)
-        if item is not None and (item.camera is None or item.photo is None):
+        if item is None:
+            return
+        if item.camera is None or item.photo is None:
             _draw_pair(layout, item)
+        subjects = warning_rows.of_capture(context.scene, settings.active_capture)
+        warning_rows.draw(layout, context, warning_rows.about(context.scene, subjects))
 
 
 class SELENITE_PT_capture(bpy.types.Panel):

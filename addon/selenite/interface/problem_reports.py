@@ -3,48 +3,37 @@
 
 from __future__ import annotations
 
-import re
-
 import bpy
 from bpy.props import StringProperty
 
+from ..messages import named
 from ..problems import BadInput, Problem
 from ..scene_read.camera import named_cameras
-from .problem_words import in_panel_words
 from .state import PROBLEMS, SHAPES
 from .texts import announce, shown
-
-_TITLE = re.compile(r"^(\w+) '(.*)'")
 
 
 def report_problems(operator: bpy.types.Operator, error: BadInput) -> None:
     """All of them stay in the head of the panel; the report has a line for each."""
     PROBLEMS[bpy.context.scene.name] = list(error.problems)
     lines = (
-        Problem(
-            *map(shown, (item.object, in_panel_words(item.cause), in_panel_words(item.cure)))
-        ).line()
+        Problem(shown(item.object), shown(item.cause), shown(item.cure)).line()
         for item in error.problems
     )
-    announce(operator, {"ERROR"}, "\n".join(lines))
+    operator.report({"ERROR"}, "\n".join(lines))
 
 
-def thing_of(title: str) -> bpy.types.ID | None:
-    """The datablock that the title of a problem names, as "Camera 'Front'"; None where it names
-    none."""
-    found = _TITLE.match(title)
-    if found is None:
-        return None
-    kind, name = found.groups()
+def thing_of(kind: str, name: str) -> bpy.types.ID | None:
+    """The datablock that a problem is about, as `messages.named` has it; None for none."""
     data = bpy.data
-    if kind == "Camera":
+    if kind == "camera":
         return named_cameras(bpy.context.scene).get(name) or data.objects.get(name)
-    if kind == "Parameter":
+    if kind == "parameter":
         owner = name.rpartition(":")[0]
         return data.materials.get(owner) or data.lights.get(owner)
     places = {
-        "Object": data.objects, "Material": data.materials, "Light": data.lights,
-        "Mesh": data.meshes, "Image": data.images,
+        "object": data.objects, "material": data.materials, "light": data.lights,
+        "mesh": data.meshes, "image": data.images,
     }  # fmt: skip
     return places[kind].get(name) if kind in places else None
 
@@ -57,11 +46,12 @@ class SELENITE_OT_select_problem(bpy.types.Operator):
     bl_label = "Select"
     bl_options = {"REGISTER", "UNDO"}
 
-    thing: StringProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Title of the problem")
+    kind: StringProperty(options={"HIDDEN", "SKIP_SAVE"}, description="What the problem is about")
+    name: StringProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Its name")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """All objects concerned, the first one active; a material becomes the active one."""
-        thing = thing_of(self.thing)
+        thing = thing_of(self.kind, self.name)
         objects = [item for item in context.view_layer.objects if _uses(item, thing)]
         if thing is None or not objects:
             announce(self, {"WARNING"}, "Nothing in the view layer is or has it")
@@ -86,19 +76,22 @@ class SELENITE_OT_close_body(bpy.types.Operator):
     bl_label = "Fill Holes"
     bl_options = {"REGISTER", "UNDO"}
 
-    thing: StringProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Title of the problem")
+    name: StringProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Name of the object")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Of the object that the problem names, which becomes the active one."""
-        item, objects = thing_of(self.thing), context.view_layer.objects
-        if not isinstance(item, bpy.types.Object) or item.name not in objects:
+        item: bpy.types.Object | None = bpy.data.objects.get(self.name)
+        objects = context.view_layer.objects
+        if item is None or item.name not in objects:
             announce(self, {"WARNING"}, "Nothing in the view layer is or has it")
             return {"CANCELLED"}
         objects.active = item
         if bpy.ops.selenite.fill_holes() != {"FINISHED"}:
             return {"CANCELLED"}
         left = PROBLEMS.get(context.scene.name, [])
-        PROBLEMS[context.scene.name] = [one for one in left if one.object != self.thing]
+        PROBLEMS[context.scene.name] = [
+            one for one in left if named(one.object) != ("object", self.name)
+        ]
         SHAPES.pop(context.scene.name, None)
         return {"FINISHED"}
 

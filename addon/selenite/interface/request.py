@@ -11,6 +11,7 @@ from .. import mean_free_path, parameters, write_back
 from ..capture.scene_captures import captures_of, misplaced_backgrounds
 from ..fit.request import RunRequest, UnknownRequest
 from ..fit.settings import FitSettings
+from ..messages import message, thing
 from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.options import options_of
@@ -49,7 +50,7 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
             continue
         of_field: dict[str, object] = {}
         if field_rows.is_field(row):
-            title = f"Parameter '{parameters.join_name(owner.name, row.parameter)}'"
+            title = thing("Parameter", parameters.join_name(owner.name, row.parameter))
             try:
                 of_field = field_rows.requested(row, values, owner, title)
             except BadInput as error:
@@ -149,7 +150,7 @@ def show_current(
         row.current = current
     if current is not None and row.parameter == "extinction":
         path = mean_free_path.of(current, millimetres)
-        row.note = f"Mean free path {path.text()}"
+        row.note = message("request.mean-free-path", "Mean free path {text}", text=path.text())
 
 
 def _choose_row(settings: bpy.types.PropertyGroup) -> None:

@@ -12,6 +12,7 @@ from bpy.props import EnumProperty, StringProperty
 from .. import parameters
 from ..capture.request import CaptureRequest
 from ..fit.staging.request import AUTO, StageRequest, read_stages, stages_by_name
+from ..messages import message
 from ..problems import BadInput, Problem
 from . import state
 from .chosen import chosen
@@ -43,7 +44,13 @@ def own_stages(scene: bpy.types.Scene, problems: list[Problem]) -> tuple[StageRe
             if name not in known:
                 cure = "refresh the parameters and let the stage take the ticked ones"
                 title = f"Stage {number} '{item.name}'"
-                problems.append(Problem(title, f"'{name}' is not in the list", cure))
+                problems.append(
+                    Problem(
+                        title,
+                        message("stages.not-list", "'{name}' is not in the list", name=name),
+                        cure,
+                    )
+                )
         own = (item.iterations or None, item.spp or None, item.height or None)
         found.append(StageRequest(item.name, names, *own))
     return tuple(found)

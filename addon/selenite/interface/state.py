@@ -36,6 +36,14 @@ ENDING = "Cancelled; waiting for Blender"
 
 
 @dataclass
+class Warnings:
+    """Of a scene as it was read, and of the photos and unknowns of the last fit."""
+
+    of_scene: list[str] = field(default_factory=list)
+    of_plan: list[str] = field(default_factory=list)
+
+
+@dataclass
 class Run:
     """At most one fit at a time: `reading`, `preparing`, `job`, `finishing`, in this order.
     `result` stays after its end, for the result folder, and `folder` is that folder once it is
@@ -299,6 +307,8 @@ JOBS = (TRADE, NEXT, ESTIMATE, STAGES, SAVE, ROTATION, MASK, SPOTS, SAMPLE)
 EXPECTED: dict[str, list[str]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last read it.
 SHAPES: dict[str, list[str]] = {}
+#: Scene name -> what may be rendered otherwise, when an operator last read the scene and photos.
+WARNINGS: dict[str, Warnings] = {}
 #: Scene name -> what stands in the way of what was last asked for.
 PROBLEMS: dict[str, list[Problem]] = {}
 
@@ -306,7 +316,7 @@ PROBLEMS: dict[str, list[Problem]] = {}
 def forget() -> None:
     """Another file is open: what was said and found is about the one before, whose scenes may have
     the same names."""
-    for kept in (PROBLEMS, EXPECTED, SHAPES, CHECK.contents):
+    for kept in (PROBLEMS, EXPECTED, SHAPES, WARNINGS, CHECK.contents):
         kept.clear()
     CHECK.forget()
     PAIRING.cancel()
@@ -333,9 +343,16 @@ def is_idle() -> bool:
     return not RUN.is_active and all(item.job is None for item in (READING, CHECK, *JOBS))
 
 
-def remember_shapes(scene_name: str, values: SceneValues) -> None:
-    """What the panel says about bodies until an operator reads them again."""
+def remember(scene_name: str, values: SceneValues) -> None:
+    """What the panel says about the scene until an operator reads it again."""
     SHAPES[scene_name] = [body.fault for body in values.bodies if body.fault]
+    WARNINGS.setdefault(scene_name, Warnings()).of_scene = list(values.warnings)
+
+
+def remember_plan(scene_name: str, plan: FitPlan) -> None:
+    """What the panel says about photos and unknowns until the next fit is prepared."""
+    known = WARNINGS.setdefault(scene_name, Warnings())
+    known.of_plan = [text for text in plan.warnings if text not in known.of_scene]
 
 
 @lru_cache(maxsize=1)

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import blf
 import bpy
 
-from .messages import Messages
+from ..messages import Message, rendered
+from .controls import CONTROLS
 
 if TYPE_CHECKING:
     from ..scene_read.hosts import BpyStruct
@@ -24,14 +25,10 @@ MESSAGES = Path(__file__).parent / "furniture" / "messages"
 _LETTER, _MARGIN = 6.6, 46
 _UNKNOWN = 258.0  # of a region without a width
 _FEWEST = 18
-#: What the command line calls a loss or an optimiser -> what the panel calls it, see properties.
+#: Id of a message that names a loss, without its name -> see TITLES.
+_CONTROL, _LOSS = "control.", "control.loss."
+#: What the command line calls a loss -> what the panel calls it, see properties.
 TITLES: dict[str, str] = {}
-#: Such a name: with a hyphen wherever it is no part of a path, else where a text says what it is.
-_CHOICE = re.compile(
-    r"(?<![\w./\\-])[a-z]+(?:-[a-z]+)+(?![\w/\\-]|\.\w)"
-    r"|(?:(?<=loss ')|(?<=loss = ')|(?<=optimiser = ')|(?<=Fehlermaß „)|(?<=Optimierer „))[a-z]+"
-)
-_NUMBER = re.compile(r"\d+(?:\.\d+)?")
 #: Letters of a line in a pop-up, see result.panel.
 _POP_UP = 62
 _LABEL = 0.45  # of the width
@@ -45,44 +42,37 @@ def translated(text: str) -> str:
     return str(bpy.app.translations.pgettext_iface(text))
 
 
-def translated_sentence(text: str) -> str:
-    """As `translated`, of a sentence with numbers: languages hold it with "{}" for each."""
-    numbers = _NUMBER.findall(text)
-    pattern = translated(_NUMBER.sub("{}", text))
-    return pattern.format(*numbers) if pattern.count("{}") == len(numbers) else text
-
-
 def shown(text: str) -> str:
-    """A message in the language of the interface: a text of the panel, or what another part of the
-    add-on says, with names and numbers in it. Losses and optimisers are called as in the panel."""
-    return _CHOICE.sub(lambda found: translated(TITLES.get(found[0], found[0])), _in_language(text))
+    """A text of the panel, or a message, in the language of the interface and in the words of the
+    panel."""
+    return rendered(text, _template) if isinstance(text, Message) else translated(text)
 
 
-def _in_language(text: str) -> str:
-    words = translated(text)
-    if words == text:
-        words = translated_sentence(text)
-    view = bpy.context.preferences.view
-    if words != text or not view.use_translate_interface:
-        return words
-    messages = _messages(bpy.app.translations.locale)
-    return messages.translated(text) if messages is not None else text
+def _template(key: str) -> str | None:
+    """What the panel says for the message `key`; None: its English."""
+    if key.startswith(_LOSS):
+        return translated(TITLES[key.removeprefix(_LOSS)])
+    if key.startswith(_CONTROL):
+        return translated(CONTROLS[key.removeprefix(_CONTROL)])
+    if not bpy.context.preferences.view.use_translate_interface:
+        return None
+    return _messages(bpy.app.translations.locale).get(key)
 
 
 def announce(operator: bpy.types.Operator, kinds: set[str], text: str) -> None:
     """As `operator.report`, in the language of the interface."""
-    lines = [shown(line) for line in text.splitlines()]
-    operator.report(kinds, "\n".join(lines))  # type: ignore[arg-type]  # a set of words
+    operator.report(kinds, shown(text))  # type: ignore[arg-type]  # a set of words
 
 
 @lru_cache(maxsize=4)
-def _messages(locale: str) -> Messages | None:
-    """Blender 4 and later call German "de"."""
+def _messages(locale: str) -> dict[str, str]:
+    """Id -> text. Blender 4 and later call German "de"."""
     language = locale.partition("_")[0]
     for path in sorted(MESSAGES.glob("*.json")):
         if path.stem == locale or (language == locale and path.stem.partition("_")[0] == locale):
-            return Messages(json.loads(path.read_text(encoding="utf-8")))
-    return None
+            found: dict[str, str] = json.loads(path.read_text(encoding="utf-8"))
+            return found
+    return {}
 
 
 def region_width(context: bpy.types.Context) -> float:

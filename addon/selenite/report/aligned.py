@@ -14,6 +14,7 @@ import numpy as np
 
 from ..capture.prepared import Capture
 from ..fit.capture_render import alignment_of
+from ..messages import message
 from ..problems import listed
 
 if TYPE_CHECKING:
@@ -48,16 +49,30 @@ def sentences(doubts: Mapping[str, str]) -> list[str]:
     at_limit = [name for name, why in doubts.items() if why == "limit"]
     apart = [name for name, why in doubts.items() if why == "apart"]
     found = []
-    cure = "do not rely on it: correct camera, light or model, or do not align the photo"
+    cure = message(
+        "aligned.do-not-rely-on",
+        "do not rely on it: correct camera, light or model, or do not align the photo",
+    )
     if at_limit:
         found.append(
-            f"Align ended at its limit of {_LIMIT:g} pixels for {listed(at_limit)}: such a shift "
-            f"takes up what something else is wrong by; {cure}"
+            message(
+                "aligned.align-ended-at-limit",
+                "Align ended at its limit of {limit} pixels for {names}: such a shift "
+                "compensates for another error; {cure}",
+                limit=f"{_LIMIT:g}",
+                names=listed(at_limit),
+                cure=cure,
+            )
         )
     if apart:
         found.append(
-            f"Align moves {listed(apart)} farther than the other photos: such a shift takes up "
-            f"what something else is wrong by; {cure}"
+            message(
+                "aligned.align-moves-farther-than",
+                "Align moves {names} farther than the other photos: such a shift compensates "
+                "for another error; {cure}",
+                names=listed(apart),
+                cure=cure,
+            )
         )
     return found
 

@@ -13,6 +13,7 @@ from ..fit.diagnosis.course import still_falling
 from ..fit.job import fitted_values
 from ..fit.plan import FitPlan
 from ..fit.unknowns import Unknown
+from ..messages import message
 from ..parameters import Values
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def findings(plan: FitPlan, fit: FitResult) -> list[Finding]:
 def in_short(plan: FitPlan, fit: FitResult) -> InShort:
     """Whether the photos are explained, which values are open, and the next thing to do."""
     icon, text = _verdict(plan, findings(plan, fit), fit)
-    kept = fit.kept_start and not trust.explained(fit)
+    kept = fit.kept_start and not trust.matches(fit)
     return InShort(text, icon, kept or _is_wrong(plan, fit))
 
 
@@ -91,72 +92,133 @@ def _is_wrong(plan: FitPlan, fit: FitResult) -> bool:
 def _verdict(plan: FitPlan, found: Sequence[Finding], fit: FitResult) -> tuple[str, str]:
     """(icon, sentence)"""
     fields = bool(plan.fields)
-    if fit.kept_start and not trust.explained(fit):  # else the start was right
-        return OPEN, (
+    if fit.kept_start and not trust.matches(fit):  # else the start was right
+        return OPEN, message(
+            "findings.nothing-better-than-start",
             "Nothing better than the start was found: check lights, cameras and masks, then fit "
-            "again."
+            "again.",
         )
     if still_falling(fit):
         return WEAK, (
-            "The loss was still falling when the iterations ended: fit again with more iterations."
+            message(
+                "findings.loss-still-falling-when",
+                "The loss was still falling when the iterations ended: fit again with "
+                "more iterations.",
+            )
         )
     left = trust.misfit(fit)
     if left is None:
         if trust.cancelled(fit) and not fields:
             return UNKNOWN, (
-                "Stopped before intervals were computed: let a fit end to know how sure the "
-                "values are."
+                message(
+                    "findings.stopped-before-intervals-computed",
+                    "Stopped before intervals were computed: let a fit end to know how sure"
+                    " the values are.",
+                )
             )
-        why = "with a grid or image" if fields else "by this kind of fit"
+        why = (
+            message("findings.grid-image", "with a grid or image")
+            if fields
+            else message("findings.kind-fit", "by this kind of fit")
+        )
         return UNKNOWN, (
-            f"How sure the values are is not known {why}: compare the pictures, or fit from "
-            "another start."
+            message(
+                "findings.how-sure-values-not",
+                "How sure the values are is not known {why}: compare the pictures, or "
+                "fit from another start.",
+                why=why,
+            )
         )
     if left.hidden:
         return WEAK, (
-            "Noise of the renders hides whether the photos are explained: fit again with more "
-            "samples."
+            message(
+                "findings.noise-renders-hides-whether",
+                "Noise of the renders hides whether the photos are explained: fit again"
+                " with more samples.",
+            )
         )
     if trust.unconverged(plan):
         return WEAK, (
-            "Isolated bright pixels have much of the photos' light: values may be wrong by more "
-            "than their intervals say. Render the photos with more samples and fit again."
+            message(
+                "findings.isolated-bright-pixels-much",
+                "Isolated bright pixels have much of the photos' light: values may be "
+                "wrong by more than their intervals say. Render the photos with more "
+                "samples and fit again.",
+            )
         )
     share = left_open(fit)
     if _is_wrong(plan, fit):
         return OPEN, (
-            f"Wrong camera or light? {share:.0f} % of the photos' brightness is not explained: "
-            "compare the pictures before you apply the values."
+            message(
+                "findings.wrong-camera-light-photos",
+                "Wrong camera or light? {share} % of the photos' brightness is not "
+                "explained: compare the pictures before you apply the values.",
+                share=f"{share:.0f}",
+            )
         )
     if fit.report.alternative_minima:
         return OPEN, (
-            "Other values explain the photos equally well: decide by eye, or add a photo "
-            "(Suggest Next Camera)."
+            message(
+                "findings.other-values-explain-photos",
+                "Other values explain the photos equally well: decide by eye, or add a "
+                "photo (Suggest Next Camera).",
+            )
         )
     undecided = [item for item in found if item.sureness == OPEN]
     if undecided:
-        count = f"{len(undecided)} of {len(found)} values are" if len(found) > 1 else "the value is"
+        count = (
+            message(
+                "findings.values",
+                "{count} of {all} values are",
+                count=len(undecided),
+                all=len(found),
+            )
+            if len(found) > 1
+            else message("findings.value", "the value is")
+        )
         return OPEN, (
-            f"{_match(share)}, but {count} not determined by the photos: add a photo (Suggest Next "
-            "Camera)."
+            message(
+                "findings.but-not-determined-photos",
+                "{match}, but {count} not determined by the photos: add a photo "
+                "(Suggest Next Camera).",
+                match=_match(share),
+                count=count,
+            )
         )
     if share > trust.GOOD:
         return WEAK, (
-            f"{_match(share)}: {share:.1f} % of the photos' brightness is not explained. See the "
-            "pictures, then apply the values."
+            message(
+                "findings.photos-brightness-not-explained-2",
+                "{match}: {share} % of the photos' brightness is not explained. See the"
+                " pictures, then apply the values.",
+                match=_match(share),
+                share=f"{share:.1f}",
+            )
         )
     if any(item.sureness == WEAK for item in found):
         return WEAK, (
-            f"{_match(share)}; some values are known roughly only: apply them, or add a photo."
+            message(
+                "findings.some-values-known-roughly",
+                "{match}; some values are known roughly only: apply them, or add a photo.",
+                match=_match(share),
+            )
         )
-    why = "the photos are explained within noise"
+    why = message("findings.photos-explained-within-noise", "the photos are explained within noise")
     if share > 0:
-        why = f"{share:.1f} % of the photos' brightness is not explained"
-    return SURE, f"{_match(share)}: {why}. Apply the values."
+        why = message(
+            "findings.photos-brightness-not-explained",
+            "{share} % of the photos' brightness is not explained",
+            share=f"{share:.1f}",
+        )
+    return SURE, message(
+        "findings.apply-values", "{match}: {why}. Apply the values.", match=_match(share), why=why
+    )
 
 
 def _match(share: float) -> str:
-    return "Good match" if share <= trust.GOOD else "Close"
+    if share <= trust.GOOD:
+        return message("findings.good-match", "Good match")
+    return message("findings.close", "Close")
 
 
 def _finding(unknown: Unknown, value: Values, fit: FitResult, *, trusted: bool) -> Finding:

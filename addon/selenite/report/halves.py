@@ -21,6 +21,7 @@ from ..fit.capture_render import as_found, evaluator
 from ..fit.fields import EnvironmentUnknown, FieldUnknown, ImageUnknown
 from ..fit.fields.images import seen
 from ..fit.plan import FitPlan
+from ..messages import message
 
 if TYPE_CHECKING:
     from .._core import FitResult, Scene
@@ -60,10 +61,19 @@ class Halves:
     def sentence(self, name: str) -> str:
         """For the report."""
         if not self.both:
-            return f"{name}: no texel is seen by both halves of the photos"
-        return (
-            f"{name}: two halves of the photos differ by {self.mean:.0%} on its mean and by "
-            f"{self.texels:.0%} texel by texel; {self.both:.0%} of what is seen is seen by both"
+            return message(
+                "halves.no-texel-seen-both",
+                "{name}: no texel is seen by both halves of the photos",
+                name=name,
+            )
+        return message(
+            "halves.two-halves-photos-differ",
+            "{name}: two halves of the photos differ by {mean} on its mean and by {texels} "
+            "texel by texel; both see {both} of the seen texels",
+            name=name,
+            mean=f"{self.mean:.0%}",
+            texels=f"{self.texels:.0%}",
+            both=f"{self.both:.0%}",
         )
 
 

@@ -15,6 +15,7 @@ from ..capture.prepared import Capture
 from ..capture.request import CaptureRequest
 from ..fit.capture_render import evaluator
 from ..fit.settings import FitSettings
+from ..messages import message
 from .pictures import comparison, sheet
 
 if TYPE_CHECKING:
@@ -61,7 +62,11 @@ class SquaredError:
     def percent(self) -> str:
         """In words."""
         if self.relative is None:
-            return f"at most {100 * self.at_most:.2g} %, hidden by noise"
+            return message(
+                "hold_out.at-most-hidden-noise",
+                "at most {percent} %, hidden by noise",
+                percent=f"{100 * self.at_most:.2g}",
+            )
         return f"{100 * self.relative:.3g} %"
 
     def _relative_to_light(self) -> tuple[float, float]:
@@ -167,9 +172,12 @@ class Comparison:
     def sentence(self) -> str:
         """Of a fit that held them out."""
         count = f"{len(self.rows)} photos" if len(self.rows) > 1 else "1 photo"
-        return (
-            f"Held out: {count}, off by {self.error.percent()}, with a gain of their own by "
-            f"{self.own.percent()}"
+        return message(
+            "hold_out.held-out-off-gain",
+            "Held out: {count}, off by {percent}, with a gain of their own by {own}",
+            count=count,
+            percent=self.error.percent(),
+            own=self.own.percent(),
         )
 
 

@@ -22,6 +22,7 @@ from ..fit import trust
 from ..fit.capture_render import as_found, evaluator
 from ..fit.job import scene_at
 from ..fit.plan import FitPlan
+from ..messages import message
 from .finished_fit import FinishedFit
 
 if TYPE_CHECKING:
@@ -61,14 +62,24 @@ class Mismatch:
         """For the log and the panel."""
         own, other = described(self.capture.lights), described(self.lights)
         if own == other:
-            other = f"the lights of photo '{self.photo_of}'" if self.photo_of else "other lights"
-        verb = (
-            "explain" if other.startswith(("lamps", "all", "the lights", "other")) else "explains"
-        )
-        return (
-            f"Photo '{self.capture.id}': {other} {verb} it better than {own}: an error of "
-            f"{self.other:.0%} of its brightness for {self.own:.0%}; "
-            "check the lights of this capture"
+            other = (
+                message(
+                    "light_pairing.lights-photo",
+                    "the lights of photo '{photo_of}'",
+                    photo_of=self.photo_of,
+                )
+                if self.photo_of
+                else message("light_pairing.other-lights", "other lights")
+            )
+        return message(
+            "light_pairing.photo-better-than-error",
+            "Photo '{id}' is better explained by {other} than by {own}: an error of {less} of its "
+            "brightness, not {more}; check the lights of this capture",
+            id=self.capture.id,
+            other=other,
+            own=own,
+            less=f"{self.other:.0%}",
+            more=f"{self.own:.0%}",
         )
 
 

@@ -17,6 +17,7 @@ from ..fit.fields import FieldUnknown
 from ..fit.job import fitted_values
 from ..fit.plan import FitPlan
 from ..fit.unknowns import Unknown
+from ..messages import joined, message
 from ..parameters import Values
 from .findings import Finding, findings, in_short
 from .finished_fit import FinishedFit
@@ -72,11 +73,18 @@ def sentences(plan: FitPlan, fit: FitResult) -> list[str]:
     found += [in_short(plan, fit).sentence]
     found += [gauge.text() for gauge in gauges(fit)]
     for unknown in plan.unknowns:
-        found += [f"{unknown.name}: {text}" for text in trust.reasons(unknown, fit)]
+        why = trust.words(unknown, fit, intervals=False)
+        found += [joined(": ", (unknown.name, text)) for text in why]
     light = trust.level_of_gains(plan)
     if light:
-        found.append(f"The gains hold at this level of {light}: give one photo a gain of none")
-    return [f"{text.rstrip('.')}." for text in found[:3]]
+        found.append(
+            message(
+                "table.gains-hold",
+                "The gains hold at this level of {light}: give one photo a gain of none",
+                light=light,
+            )
+        )
+    return [joined("", (text, "" if text.endswith(".") else ".")) for text in found[:3]]
 
 
 def decimals(half: float) -> int:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import bpy
 
+from ..messages import thing
 from ..paths import why_not_output
 from ..problems import BadInput, NotWritten, Problem
 
@@ -25,7 +26,7 @@ def open_blend(path: str, *, scripts: bool = False) -> bpy.types.Scene:
 
     scripts: whether its Python runs (drivers, texts): only for a copy of a file whose runs."""
     cure = "give the path of a .blend file that this Blender can read"
-    title = f"File '{path}'"
+    title = thing("File", path)
     try:
         bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=scripts)
     except RuntimeError as error:
@@ -53,12 +54,12 @@ def whole_blend(path: str, cure: str) -> Iterator[None]:
         yield
     except RuntimeError as error:
         cause = " ".join(str(error).removeprefix("Error: ").split())
-        title, cause = f"File '{path}'", f"cannot be written ({cause})"
+        title, cause = thing("File", path), f"cannot be written ({cause})"
         if why:
             raise BadInput(Problem(title, cause, cure)) from error
         raise NotWritten(Problem(title, cause, _ROOM)) from error
     if not _is_whole(Path(path)):
-        raise NotWritten(Problem(f"File '{path}'", "it is written in part only", _ROOM))
+        raise NotWritten(Problem(thing("File", path), "it is written in part only", _ROOM))
 
 
 def _is_whole(path: Path) -> bool:

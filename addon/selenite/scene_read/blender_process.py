@@ -19,6 +19,7 @@ from pathlib import Path
 
 import bpy
 
+from ..messages import thing
 from ..paths import user_folder, why_not_folder
 from ..problems import BadInput, Failed, Problem, problems_in
 from .blend_file import write_blend_copy
@@ -162,7 +163,7 @@ def _unsaved_pictures() -> list[Problem]:
     """The copy would show what is on disk instead of them."""
     return [
         Problem(
-            f"Image '{image.name}'",
+            thing("Image", image.name),
             "its pixels were changed and are not saved, so a copy of the file lacks them",
             "save or pack it",
         )

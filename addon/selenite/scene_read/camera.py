@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from ..messages import remark, thing
 from ..problems import Problem
 from .camera_lens import lens_of
 from .values import CameraValues, SceneValues
@@ -81,16 +82,16 @@ def read_cameras(
         reason = why_unusable(evaluated)
         if reason:
             read.unusable_cameras[name] = reason
-            read.warn(f"Camera '{name}' is left out: {reason}")
+            read.warn(remark(thing("Camera", name), f"is left out: {reason}", " "))
             continue
         read.cameras.append(read_camera(evaluated, name, scene))
     if not found:
         cure = "add a camera that stands where the photo was taken"
-        read.camera_problems.append(Problem(f"Scene '{scene.name}'", "it has no camera", cure))
+        read.camera_problems.append(Problem(thing("Scene", scene.name), "it has no camera", cure))
     elif not read.cameras:
         cure = "make it perspective or orthographic"
         read.camera_problems.extend(
-            Problem(f"Camera '{name}'", reason, cure)
+            Problem(thing("Camera", name), reason, cure)
             for name, reason in read.unusable_cameras.items()
         )
     read.problems.extend(read.camera_problems)

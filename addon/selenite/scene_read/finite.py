@@ -8,6 +8,7 @@ from dataclasses import fields, is_dataclass
 
 import numpy as np
 
+from ..messages import thing
 from ..problems import Problem
 from .values import CameraValues, LightValues, MaterialValues, MeshValues, ObjectValues, SceneValues
 
@@ -72,4 +73,4 @@ def _corners(values: SceneValues) -> Iterator[Problem]:
                 if used and (mesh.name, name) not in seen and not np.isfinite(numbers).all():
                     seen.add((mesh.name, name))
                     cause = f"its {kind} '{name}' has numbers that are infinite or not a number"
-                    yield Problem(f"Mesh '{mesh.name}'", cause, _CURE)
+                    yield Problem(thing("Mesh", mesh.name), cause, _CURE)

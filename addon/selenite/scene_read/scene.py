@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from .. import parameters
+from ..messages import remark, thing
 from ..problems import Problem
 from . import camera as cameras
 from . import hosts, linking, properties, view_layers, visibility, volume_objects, working_space
@@ -63,7 +64,7 @@ def reading(
     if min(width, height) < 1:
         cause = f"a render has {width} x {height} pixels"
         cure = "raise the resolution or its percentage"
-        read.problems.append(Problem(f"Scene '{scene.name}'", cause, cure))
+        read.problems.append(Problem(thing("Scene", scene.name), cause, cure))
     read.problems += working_space.problems(scene)
     found = cameras.named_cameras(scene)
     layer = view_layer_of(scene)
@@ -139,12 +140,16 @@ def _read(
             _read_volume(instance, layer, links, volumes, read)
     for item in faceless:
         if item not in instancers:
-            read.warn(f"Object '{item.name}': its mesh has no faces, so it renders as nothing")
+            read.warn(
+                remark(
+                    thing("Object", item.name), "its mesh has no faces, so it renders as nothing"
+                )
+            )
     _note(read, [], room.warnings)
     if not read.objects:
         cure = "add an object or make one visible for rendering"
         read.problems.append(
-            Problem(f"Scene '{scene.name}'", "nothing with faces is rendered", cure)
+            Problem(thing("Scene", scene.name), "nothing with faces is rendered", cure)
         )
     rendered_world = view_layers.world_of(scene, layer)
     world_values, owner, problems, warnings = world.read_world(rendered_world, background)
@@ -184,7 +189,7 @@ def _read_object(
     """False where there are no faces, and should be some."""
     evaluated = instance.object
     key = evaluated.data.as_pointer()
-    title = f"Object '{instance.original.name}'"
+    title = thing("Object", instance.original.name)
     if key not in meshes:
         values = mesh.read_mesh(evaluated, check, read)
         meshes[key] = None if values is None else len(read.meshes)
@@ -198,7 +203,7 @@ def _read_object(
         read.problems.append(Problem(title, cause, cure))
         return True
     if np.linalg.det(instance.matrix[:3, :3]) == 0:
-        read.warn(f"{title} is flattened to nothing by its scale and left out")
+        read.warn(remark(title, "is flattened to nothing by its scale and left out", " "))
         return True
     used = set(np.unique(read.meshes[index].material_slots).tolist())
     slots = [slot.material for slot in evaluated.material_slots] or [None]
@@ -234,8 +239,11 @@ def _add_object(
     light, shadow = links
     if shadow.bits_of(item) != ALL_SETS and _shines(found, read):
         read.warn(
-            f"Object '{item.name}': its blocker collection is not modelled, since a surface emits "
-            "the light and no lamp; everything casts its shadows: clear the collection"
+            remark(
+                thing("Object", item.name),
+                "its blocker collection is not modelled, since a surface emits the "
+                "light and no lamp; everything casts its shadows: clear the collection",
+            )
         )
     read.objects.append(
         ObjectValues(
@@ -273,12 +281,12 @@ def _read_volume(
 ) -> None:
     """A Volume object: a box of its own, and a material of its own, since grids have a place."""
     item = instance.original
-    title = f"Object '{item.name}'"
+    title = thing("Object", item.name)
     slot = layer.material_override or next(
         (slot.material for slot in instance.object.material_slots if slot.material), None
     )
     if slot is None:
-        read.warn(f"{title} has no material and is left out")
+        read.warn(remark(title, "has no material and is left out", " "))
         return
     if item.name in seen:
         cause = "its volume is there more than once"
@@ -332,12 +340,18 @@ def _read_lamp(
     light = lamp.original.data
     assert isinstance(light, bpy.types.Light), light
     if lights.is_portal(light):
-        read.warn(f"Light '{light.name}' is a portal, which is not needed")
+        read.warn(remark(thing("Light", light.name), "is a portal, which is not needed", " "))
         return
     key = (light.name, light.library.filepath if light.library is not None else "")
     name = called.get(key) or _free_name(light.name, "light", read)
     if name != light.name:
-        read.warn(f"Light '{light.name}' shares its name with another owner; it is called '{name}'")
+        read.warn(
+            remark(
+                thing("Light", light.name),
+                f"shares its name with another owner; it is called '{name}'",
+                " ",
+            )
+        )
     called[key] = name
     values, owner, problems = lights.read_light(light, lamp.matrix, name)
     rays = visibility.rays_that_see(lamp.original, lamp.instancer, layer)

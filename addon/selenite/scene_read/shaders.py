@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..parameters import Parameter, Values
+from ..problems import Reason
 from .texture_values import TextureValues
 
 #: What only Blender knows comes as three numbers at each corner, under these names.
@@ -74,9 +75,9 @@ _MOST = 1e6
 #: Below this roughness a closure counts as a mirror for the derivatives by its normal.
 LEAST_TURNED_ROUGHNESS = 0.05
 _OF_MICRONORMALS = {"principled", "glossy", "glass", "refraction", "metallic", "conductor"}
-_TURNS_MIRROR = (
-    "it turns the normal of a mirror, by which no derivative is computed: "
-    f"set the roughness to {LEAST_TURNED_ROUGHNESS} or more"
+_TURNS_MIRROR = Reason(
+    "it turns the normal of a mirror, by which no derivative is computed",
+    f"set the roughness to {LEAST_TURNED_ROUGHNESS} or more",
 )
 
 
@@ -223,7 +224,7 @@ class Shader:
             if not item.shut
         )
 
-    def fixed_directions(self) -> dict[str, str]:
+    def fixed_directions(self) -> dict[str, Reason]:
         """Names of the constants by which no derivative is computed, with the reason: what a mirror
         shows moves with its normal."""
         mirrors = [item.normal for item in self.closures if self._mirrors(item)]

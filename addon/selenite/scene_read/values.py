@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import parameters
 from ..parameters import Parameter, Values
-from ..problems import Problem
+from ..problems import Problem, Reason
 from .closedness import Closedness
 from .lens import CameraLens
 from .shaders import Shader
@@ -275,7 +275,7 @@ class Owner:
     datablock: str
     library: str
     values: dict[str, Values]
-    fixed: dict[str, str]
+    fixed: dict[str, Reason]
     parameters: dict[str, Parameter] = field(default_factory=dict)
     usual: tuple[str, ...] = ()
 

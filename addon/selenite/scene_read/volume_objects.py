@@ -18,7 +18,9 @@ from typing import TypedDict
 import bpy
 import numpy as np
 
+from ..messages import remark, thing
 from ..parameters import Values
+from ..problems import Reason
 from . import openvdb_files
 from .geometry.mesh import Instance
 from .openvdb_files import VdbError, VdbGrid
@@ -43,7 +45,7 @@ class VolumeRead:
 
 def read(instance: Instance, material: bpy.types.Material, name: str) -> VolumeRead:
     """`material` is the original one, `name` what it is called. Raises Unreadable."""
-    title = f"Object '{instance.original.name}'"
+    title = thing("Object", instance.original.name)
     found = materials.read_material(material, name, TextureRoom())
     node = _principled(material, title)
     if found.problems:
@@ -64,17 +66,17 @@ def read(instance: Instance, material: bpy.types.Material, name: str) -> VolumeR
     warnings = list(found.warnings)
     colour = grids.get(colour_name)
     if colour_name and colour is None:
-        warnings.append(f"{title}: it has no grid '{colour_name}'; its colour is left as set")
+        warnings.append(remark(title, f"it has no grid '{colour_name}'; its colour is left as set"))
     if colour is not None:
         placed["albedo"] = _placed(colour, _albedo(node, colour, title, warnings), instance)
     only = {key: found.owner.values[key] for key in volumes.PARAMETERS}
     fixed = found.owner.fixed | {
-        key: "a Volume object has no surface"
+        key: Reason("a Volume object has no surface")
         for key in found.owner.values
         if key not in volumes.PARAMETERS
     }
     if "albedo" in placed:
-        fixed["albedo"] = f"it comes from grid '{colour_name}': fit albedo_grid"
+        fixed["albedo"] = Reason(f"it comes from grid '{colour_name}'", "fit albedo_grid")
     return VolumeRead(
         _box(instance.original.name, density),
         MaterialValues(name, only | {"alpha": (0.0,)}, multi_ggx=True, flavour="v2", grids=placed),
@@ -120,7 +122,7 @@ def write(
     """Gives a Volume object an OpenVDB file at `path` with grids in world space (use -> grid), and
     for an albedo its Principled Volume the name of that grid and white. Other grids of its file
     stay. Returns what stood there before, for `put_back`. Raises Unreadable."""
-    title = f"Object '{item.name}'"
+    title = thing("Object", item.name)
     if item.modifiers:
         cause = "its grids come from its modifiers, so a fitted one cannot be shown by it"
         raise Unreadable(title, cause, "give it an OpenVDB file and remove its modifiers")
@@ -157,7 +159,7 @@ def write(
 
 def put_back(item: bpy.types.Object, material: bpy.types.Material, before: VolumeBefore) -> None:
     """What `write` returned. Raises Unreadable."""
-    node = _principled(material, f"Object '{item.name}'")
+    node = _principled(material, thing("Object", item.name))
     _data(item).filepath = before["filepath"]
     node.inputs["Color Attribute"].default_value = before["Color Attribute"]
     node.inputs["Color"].default_value = before["Color"]
@@ -217,7 +219,7 @@ def _albedo(node: bpy.types.Node, grid: VdbGrid, title: str, warnings: list[str]
         raise Unreadable(title, cause, "set the Absorption Color of the Principled Volume to black")
     albedo = grid.values * np.asarray(_constant(node, "Color"), np.float32)
     if albedo.max() > 1:
-        warnings.append(f"{title}: colours above 1 in grid '{grid.name}' are taken as 1")
+        warnings.append(remark(title, f"colours above 1 in grid '{grid.name}' are taken as 1"))
     return np.clip(albedo, 0, 1)
 
 

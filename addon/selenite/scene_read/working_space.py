@@ -10,6 +10,7 @@ import bpy
 import mathutils
 import numpy as np
 
+from ..messages import thing
 from ..problems import Problem
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ def problems(scene: bpy.types.Scene) -> list[Problem]:
     cure = (
         "set the file's Working Space to Linear Rec.709, or start Blender without the variable OCIO"
     )
-    return [Problem(f"Scene '{scene.name}'", cause, cure)]
+    return [Problem(thing("Scene", scene.name), cause, cure)]
 
 
 def _from_rec709() -> np.ndarray:

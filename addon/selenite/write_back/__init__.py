@@ -12,9 +12,10 @@ from typing import TypeVar
 import bpy
 
 from .. import parameters
+from ..messages import thing
 from ..parameters import Parameter, Values
 from ..paths import is_there
-from ..problems import BadInput, Problem
+from ..problems import BadInput, Problem, Reason
 from ..scene_read import view_layers
 from ..scene_read.blend_file import write_blend_copy
 from ..scene_read.lamps import lights
@@ -48,7 +49,7 @@ def write(
     problems: list[Problem] = []
     targets: list[tuple[Key, _Target, Values]] = []
     for (owner_name, name), value in values.items():
-        title = f"Parameter '{parameters.join_name(owner_name, name)}'"
+        title = thing("Parameter", parameters.join_name(owner_name, name))
         owner = owners.get(owner_name)
         parameter = owner.find(name) if owner is not None else None
         if owner is None or parameter is None:
@@ -60,10 +61,7 @@ def write(
             continue
         target, reason = _target(scene, owner, parameter)
         if target is None:
-            cause, _, cure = reason.partition(": ")
-            problems.append(
-                Problem(title, f"cannot be written: {cause}", cure or "undo the change")
-            )
+            problems.append(reason.after("cannot be written: ").problem(title, "undo the change"))
             continue
         targets.append(((owner_name, name), target, tuple(value)))
     if problems:
@@ -110,23 +108,23 @@ def replaced_file_kept(path: str) -> Iterator[str]:
 
 def _target(
     scene: bpy.types.Scene, owner: Owner, parameter: Parameter
-) -> tuple[_Target | None, str]:
+) -> tuple[_Target | None, Reason]:
     if owner.kind == "material":
         material = datablock(bpy.data.materials, owner)
         if material is None:
-            return None, "the material is gone: undo its removal"
+            return None, Reason("the material is gone", "undo its removal")
         if parameter.name in volumes.PARAMETERS:
             return _volume_target(material, parameter)
         return _socket_target(*materials.find_source(material, parameter))
     if owner.kind == "light":
         light = datablock(bpy.data.lights, owner)
         if light is None:
-            return None, "the light is gone: undo its removal"
+            return None, Reason("the light is gone", "undo its removal")
         reason = lights.why_fixed(light, parameter.name)
-        return (None, reason) if reason else (_light_target(light, parameter), "")
+        return (None, reason) if reason else (_light_target(light, parameter), Reason())
     rendered = datablock(view_layers.worlds(scene), owner)
     if rendered is None:
-        return None, "the world is gone: choose it again"
+        return None, Reason("the world is gone", "choose it again")
     if parameter.name == world.ROTATION:
         return _rotation_target(rendered)
     return _socket_target(*world.find_source(rendered, parameter))
@@ -145,7 +143,7 @@ def datablock(blocks: Iterable[Block], owner: Owner) -> Block | None:
     )
 
 
-def _socket_target(source: Source | None, reason: str) -> tuple[_Target | None, str]:
+def _socket_target(source: Source | None, reason: Reason) -> tuple[_Target | None, Reason]:
     if source is None or reason:
         return None, reason
     holder, name = source.place
@@ -160,29 +158,29 @@ def _socket_target(source: Source | None, reason: str) -> tuple[_Target | None, 
         else:  # a colour keeps its fourth channel
             getattr(holder, name)[:3] = values
 
-    return _Target(get, put), ""
+    return _Target(get, put), Reason()
 
 
 def _volume_target(
     material: bpy.types.Material, parameter: Parameter
-) -> tuple[_Target | None, str]:
+) -> tuple[_Target | None, Reason]:
     source, reason = volumes.find_node(material)
     if source is None:
         return None, reason
     return _Target(
         lambda: volumes.read(source, material.name)[parameter.name],
         lambda values: volumes.write(source, parameter, values),
-    ), ""
+    ), Reason()
 
 
-def _rotation_target(found: bpy.types.World) -> tuple[_Target | None, str]:
+def _rotation_target(found: bpy.types.World) -> tuple[_Target | None, Reason]:
     _, reason = world.find_rotation(found)
     if reason:
         return None, reason
     return _Target(
         lambda: (world_rotation.read(found),),
         lambda values: world_rotation.write(found, values[0]),
-    ), ""
+    ), Reason()
 
 
 def _light_target(light: bpy.types.Light, parameter: Parameter) -> _Target:

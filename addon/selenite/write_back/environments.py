@@ -16,6 +16,7 @@ import bpy
 import numpy as np
 
 from .. import native
+from ..messages import thing
 from ..paths import why_not_file
 from ..problems import BadInput, Problem
 from ..scene_read import hosts, view_layers
@@ -50,12 +51,11 @@ def show_pixels(scene: bpy.types.Scene, values: SceneValues, pixels: np.ndarray)
     """The same of an image that is there: (h, w, 3) float32, linear, row 0 at the top, in the frame
     of the world."""
     found = _world_of(scene, values)
-    title = f"World '{found.name}'"
+    title = thing("World", found.name)
     inlet, reason = world.find_inlet(found)
     if inlet is None or reason:
-        cause, _, cure = reason.partition(": ")
-        cause = f"it cannot take an image ({cause})"
-        raise BadInput(Problem(title, cause, cure or "undo the change"))
+        cause = f"it cannot take an image ({reason.cause})"
+        raise BadInput(Problem(title, cause, reason.cure or "undo the change"))
     image = _image(f"{found.name} environment", pixels)
     tree, end = cast(bpy.types.NodeTree, inlet.id_data), inlet.node
     before = nodes.link_of(inlet)
@@ -114,7 +114,7 @@ def restore(scene: bpy.types.Scene) -> None:
 
 def _read(path: str) -> np.ndarray:
     """(h, w, 3) float32, linear. Raises BadInput."""
-    title, cure = f"Image '{path}'", "put it back or run the fit again"
+    title, cure = thing("Image", path), "put it back or run the fit again"
     if why := why_not_file(path):
         raise BadInput(Problem(title, f"it cannot be read ({why})", cure))
     try:

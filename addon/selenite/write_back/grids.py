@@ -16,8 +16,9 @@ import bpy
 import numpy as np
 
 from .. import parameters
+from ..messages import thing
 from ..paths import file_stems
-from ..problems import BadInput, Problem
+from ..problems import BadInput, Problem, Reason
 from ..scene_read import hosts, openvdb_files, volume_objects
 from ..scene_read.openvdb_files import VdbError, VdbGrid
 from ..scene_read.shading import nodes, volumes
@@ -31,14 +32,14 @@ _MATERIAL = "selenite_material"
 _GREY = 1e-5
 
 
-def why_not() -> str:
+def why_not() -> Reason:
     """Why this Blender can show no fitted grid, "" if it can."""
     if openvdb_files.module() is None:
-        return (
-            "this Blender has no OpenVDB module for Python: "
-            "use Blender 4.4 or newer, or install python3-openvdb"
+        return Reason(
+            "this Blender has no OpenVDB module for Python",
+            "use Blender 4.4 or newer, or install python3-openvdb",
         )
-    return ""
+    return Reason()
 
 
 def show(
@@ -53,7 +54,7 @@ def show(
 
     Raises BadInput, and then the scene is as before.
     """
-    title = f"Material '{name}'"
+    title = thing("Material", name)
     material = datablock(bpy.data.materials, values.owners[name])
     if material is None:
         raise BadInput(Problem(title, "it is gone", "undo its removal"))
@@ -61,8 +62,7 @@ def show(
         raise BadInput(Problem(title, "it comes from a library", "make it local"))
     missing = why_not()
     if missing:
-        cause, _, cure = missing.partition(": ")
-        raise BadInput(Problem(title, cause, cure))
+        raise BadInput(missing.problem(title, ""))
     path = str(folder / f"{file_stems(values.owners)[name]}.vdb")
     own = [
         item
@@ -121,7 +121,7 @@ def _new_volume(
     path: str,
 ) -> bpy.types.Object:
     """A Volume object with the medium of the meshes that have the material."""
-    title = f"Material '{name}'"
+    title = thing("Material", name)
     output = material.node_tree.get_output_node("CYCLES") if material.node_tree else None
     if output is None:
         raise Unreadable(title, "it has no Material Output for Cycles", "add one")

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, cast
 import bpy
 
 from .. import parameters
-from ..problems import BadInput, Problem
+from ..messages import thing
+from ..problems import BadInput, Problem, Reason
 from ..scene_read import hosts
 from ..scene_read.shading import materials, nodes
 from ..scene_read.shading.nodes import Groups
@@ -61,7 +62,7 @@ def show(values: SceneValues, name: str, path: str) -> str:
     and whatever else stands there makes room for a new one. Raises BadInput, and then nothing has
     changed.
     """
-    title = f"Material '{name}'"
+    title = thing("Material", name)
     owner = values.owners.get(name)
     material = datablock(bpy.data.materials, owner) if owner is not None else None
     if material is None:
@@ -116,11 +117,11 @@ def _place(
         found = (i for i, why in zip(way, reasons, strict=True) if i.alone and not why)
         inlet = next(found, None)
         if inlet is None:
-            raise _refusal(title, reasons[0])
+            raise BadInput(reasons[0].problem(title, ""))
         return None, inlet
     reason = _why_fixed(material, source.groups)
     if reason:
-        raise _refusal(title, reason)
+        raise BadInput(reason.problem(title, ""))
     used = len(source.socket.links) + len(node.outputs["Alpha"].links)
     if way[-1].alone and used == 1:
         return node, None
@@ -166,27 +167,22 @@ def _way(material: bpy.types.Material, title: str) -> list[_Inlet]:
     return way
 
 
-def _why_fixed(material: bpy.types.Material, groups: Groups) -> str:
+def _why_fixed(material: bpy.types.Material, groups: Groups) -> Reason:
     """Why the innermost tree of `groups` cannot be changed for this material alone; empty if it
     can."""
     if reason := nodes.why_owner_fixed(material):
-        return f"it is {reason}"
+        return reason.after("it is ")
     for group in groups:
         if not hosts.is_editable(group.node_tree):
             place = f"its Base Color comes from inside node group '{group.node_tree.name}'"
-            return f"{place} of a library: make the group local"
+            return Reason(f"{place} of a library", "make the group local")
     shared = nodes.why_shared(groups)
-    return f"its Base Color comes from {shared}" if shared else ""
-
-
-def _refusal(title: str, reason: str) -> BadInput:
-    cause, _, cure = reason.rpartition(": ")
-    return BadInput(Problem(title, cause, cure))
+    return shared.after("its Base Color comes from ")
 
 
 def _load(path: str) -> bpy.types.Image:
     """The file as an image of Blender's, as it is on disk now, without alpha. Raises BadInput."""
-    title = f"Image '{path}'"
+    title = thing("Image", path)
     suffix = Path(path).suffix.lower()
     if suffix not in _SPACES:
         raise BadInput(Problem(title, "it is neither .png nor .exr", "write it as one of these"))

@@ -37,8 +37,10 @@ void scale_fields(const Colorf& gain, const Photo& photo, const Fields& fields,
   if (gain == Colorf(1)) return;
   for (std::size_t f = 0; f < jacobians.size(); ++f) {
     if (fields.channels(f) != 3)
-      throw InvalidArgument("Photo '" + photo.id + "' has a gain, and " + fields.names()[f] +
-                            " one number for all channels; choose optimiser = 'adam'");
+      throw Refused("",
+                    "Photo '" + photo.id + "' has a gain, and " + fields.names()[f] +
+                        " one number for all channels",
+                    "choose optimiser = 'adam'");
     for (Eigen::Index k = 0; k < jacobians[f].cols(); ++k)
       jacobians[f].col(k) *= gain[static_cast<int>(k % 3)];
   }

@@ -5,7 +5,7 @@
 
 #include "fit/evaluate/photo_evaluator.h"
 #include "fit/evaluate/seeds.h"
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
@@ -52,7 +52,7 @@ int PhotoJacobian::spp() const {
 
 void PhotoJacobian::join(const PhotoJacobian& other) {
   if (other.width != width || other.height != height || other.layout.slots != layout.slots)
-    throw InvalidArgument("Two photo Jacobians of other sizes or unknowns cannot be joined");
+    throw Refused("", "Two photo Jacobians of other sizes or unknowns cannot be joined");
   const float share = static_cast<float>(other.spp()) / static_cast<float>(spp() + other.spp());
   for (std::size_t i = 0; i < mean.size(); ++i)
     mean[i] = mean[i] * (1 - share) + other.mean[i] * share;
@@ -66,10 +66,11 @@ void PhotoJacobian::join(const PhotoJacobian& other) {
 PhotoJacobian photo_jacobian(const Scene& scene, const Unknowns& unknowns, const Photo& photo,
                              const RenderSettings& settings, Progress* progress) {
   if (settings.spp < kLeastJacobianSpp)
-    throw InvalidArgument(
-        "Derivatives of " + std::to_string(settings.spp) + " samples a pixel do not suffice for " +
-        std::to_string(kJacobianPortions) + " portions of two halves; give spp of at least " +
-        std::to_string(kLeastJacobianSpp));
+    throw Refused("",
+                  "Derivatives of " + std::to_string(settings.spp) +
+                      " samples a pixel do not suffice for " + std::to_string(kJacobianPortions) +
+                      " portions of two halves",
+                  "give spp of at least " + std::to_string(kLeastJacobianSpp));
   const std::vector<Photo> photos{blank_photo(photo, settings)};
   PhotoJacobian seen;
   seen.width = settings.width;

@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <optional>
 #include <set>
 
-#include "math/error.h"
+#include "math/fault.h"
 #include "math/hash.h"
 #include "math/problem_list.h"
 
@@ -17,27 +18,29 @@ bool finite(const Colorf& c) {
   return std::isfinite(c.r) && std::isfinite(c.g) && std::isfinite(c.b);
 }
 
-/// Empty when the photo is good; mends what is to be mended.
-std::string problem_of(Photo& photo) {
-  const std::string who = "Photo '" + photo.id + "': ";
+/// Nothing when the photo is good; mends what is to be mended.
+std::optional<Fault> fault_of(Photo& photo) {
+  const std::string who = "Photo '" + photo.id + "'";
   const std::string size =
       std::to_string(photo.width) + " x " + std::to_string(photo.height) + " pixels";
   if (photo.width < 1 || photo.height < 1)
-    return who + "its size is " + size + "; both must be at least 1";
+    return Fault{who, "its size is " + size, "both must be at least 1"};
   const std::size_t count = static_cast<std::size_t>(photo.width) * photo.height;
   if (photo.reference.size() != count)
-    return who + "it holds " + std::to_string(photo.reference.size()) + " pixels, not " + size;
+    return Fault{who, "it holds " + std::to_string(photo.reference.size()) + " pixels, not " + size,
+                 ""};
   if (photo.weight.empty()) photo.weight.assign(count, 1.f);
   if (photo.weight.size() != count)
-    return who + "its mask holds " + std::to_string(photo.weight.size()) + " pixels, not " + size +
-           "; make them the same size";
+    return Fault{who,
+                 "its mask holds " + std::to_string(photo.weight.size()) + " pixels, not " + size,
+                 "make them the same size"};
   std::size_t not_finite = 0;
   double total = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const float weight = photo.weight[i];
     if (!(weight >= 0) || !std::isfinite(weight))
-      return who + "its mask has the value " + std::to_string(weight) +
-             "; every value must be >= 0";
+      return Fault{who, "its mask has the value " + std::to_string(weight),
+                   "every value must be >= 0"};
     total += weight;
     if (weight == 0)
       photo.reference[i] = Colorf(0.f);
@@ -45,20 +48,21 @@ std::string problem_of(Photo& photo) {
       ++not_finite;
   }
   if (not_finite > 0)
-    return who + std::to_string(not_finite) +
-           " pixels are not finite; give them weight 0 in the mask";
-  if (total == 0) return who + "its mask leaves no pixel; enlarge it or leave the photo out";
+    return Fault{who, std::to_string(not_finite) + " pixels are not finite",
+                 "give them weight 0 in the mask"};
+  if (total == 0)
+    return Fault{who, "its mask leaves no pixel", "enlarge it or leave the photo out"};
   try {
     photo.frame.check();
-  } catch (const InvalidArgument& error) {
-    return who + error.what();
+  } catch (const Refused& error) {
+    return error.faults().front().within(who);
   }
   try {
     visit_fields(photo.values, [&](const Parameter& parameter, const double* first, int width) {
       for (int i = 0; i < width; ++i) check_value(photo.id, parameter, first[i]);
     });
-  } catch (const InvalidArgument& error) {
-    return error.what();
+  } catch (const Refused& error) {
+    return error.faults().front();
   }
   photo.total_weight = total;
   return {};
@@ -81,8 +85,7 @@ Photo photo_of_size(const std::string& camera, int width, int height) {
 }
 
 void check_photo(Photo& photo) {
-  const std::string problem = problem_of(photo);
-  if (!problem.empty()) throw InvalidArgument(problem);
+  if (auto fault = fault_of(photo)) throw Refused(std::vector{*std::move(fault)});
 }
 
 Photo Photo::resized(int longest) const {
@@ -160,7 +163,8 @@ std::uint64_t Photo::fingerprint() const {
 
 void check_photos(const Scene& scene, std::vector<Photo>& photos) {
   ProblemList problems;
-  if (photos.empty()) problems.add("No photo to fit to: pair at least one camera with a photo");
+  if (photos.empty())
+    problems.add({"No photo to fit to", "pair at least one camera with a photo", ""});
   std::set<std::string> ids;
   for (Photo& photo : photos) {
     problems.collect([&] {
@@ -168,10 +172,10 @@ void check_photos(const Scene& scene, std::vector<Photo>& photos) {
       if (photo.id.empty()) photo.id = photo.camera;
       check_photo(photo);
       if (!ids.insert(photo.id).second)
-        throw InvalidArgument("Photo '" + photo.id +
-                              "': another photo has its id; give each photo its own");
+        throw Refused("Photo '" + photo.id + "'", "another photo has its id",
+                      "give each photo its own");
     });
-    problems.collect([&] { photo.lights.check(scene, "Photo '" + photo.id + "': "); });
+    problems.collect([&] { photo.lights.check(scene, "Photo '" + photo.id + "'"); });
   }
   problems.raise();
 }

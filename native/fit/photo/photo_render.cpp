@@ -40,7 +40,7 @@ void apply_gain(const Colorf& gain, Film& film, std::optional<std::size_t> slot)
 
 Film render_photo(const Scene& scene, const Photo& photo, const SlotLayout& layout,
                   const Sampling& how, Progress* progress) {
-  photo.lights.check(scene, "Photo '" + photo.id + "': ");
+  photo.lights.check(scene, "Photo '" + photo.id + "'");
   Film film = render(photo.lights.applied_to(scene), photo.camera_in(scene), layout,
                      render_settings(photo, how), progress);
   apply_gain(Colorf(photo.values.gain), film);

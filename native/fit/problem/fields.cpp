@@ -5,9 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <sstream>
 
-#include "math/error.h"
 #include "math/problem_list.h"
 
 namespace selenite {
@@ -29,9 +27,9 @@ Vector vector_of(const float* first, std::size_t count) {
 Numbers numbers_of(const Scene& scene, const GridRef& ref) {
   const Material& material = scene.appearance.materials[static_cast<std::size_t>(ref.material)];
   if (!material.grid(ref.kind))
-    throw InvalidArgument(material.name + ":" + grid_name(ref.kind) +
-                          ": the material has no such grid; give it one, or fit its " +
-                          (ref.kind == GridKind::kAlbedo ? "albedo" : "extinction"));
+    throw Refused(material.name + ":" + grid_name(ref.kind), "the material has no such grid",
+                  std::string("give it one, or fit its ") +
+                      (ref.kind == GridKind::kAlbedo ? "albedo" : "extinction"));
   const Grid& grid = *material.grid(ref.kind).grid;
   const auto& [nx, ny, nz] = grid.size();
   // The renderer counts in single precision.
@@ -63,28 +61,27 @@ Numbers numbers_of(const Scene& scene, const EnvironmentRef&) {
           nullptr};
 }
 
-/// What is wrong with bounds and rate; "" if nothing is.
-std::string complaint(const UnknownParameter& one, const Numbers& numbers) {
+/// InvalidArgument unless bounds, start and rate are good.
+void check(const std::string& name, const UnknownParameter& one, const Numbers& numbers) {
   const bool share = numbers.most == 1;
-  std::ostringstream text;
   if (!(one.minimum >= 0 && one.minimum < one.maximum && one.maximum <= numbers.most))
-    text << "bounds [" << one.minimum << ", " << one.maximum << "] are no interval "
-         << (share ? "inside [0, 1]; give bounds inside"
-                   : "of finite numbers from 0 up; give bounds such as [0, 10]");
-  else if (!one.start.empty())
-    text << "start has " << one.start.size()
-         << " values; it starts at the values that the scene has: leave start out";
-  else if (!(one.learning_rate > 0) || !std::isfinite(one.learning_rate))
-    text << "learning_rate = " << one.learning_rate << " must be above 0 and finite; "
-         << (share ? "0.03 is usual" : "0.03 of a usual density is usual");
-  else
-    for (const double x : numbers.values)
-      if (!(x >= one.minimum && x <= one.maximum)) {
-        text << numbers.title << " holds " << x << ", outside its bounds [" << one.minimum << ", "
-             << one.maximum << "]; clamp it or widen the bounds";
-        break;
-      }
-  return text.str();
+    throw Refused(name,
+                  joined("bounds [", one.minimum, ", ", one.maximum, "] are no interval ",
+                         share ? "inside [0, 1]" : "of finite numbers from 0 up"),
+                  share ? "give bounds inside" : "give bounds such as [0, 10]");
+  if (!one.start.empty())
+    throw Refused(name, joined("start has ", one.start.size(), " values"),
+                  "it starts at the values that the scene has: leave start out");
+  if (!(one.learning_rate > 0) || !std::isfinite(one.learning_rate))
+    throw Refused(name,
+                  joined("learning_rate = ", one.learning_rate, " must be above 0 and finite"),
+                  share ? "0.03 is usual" : "0.03 of a usual density is usual");
+  for (const double x : numbers.values)
+    if (!(x >= one.minimum && x <= one.maximum))
+      throw Refused(name,
+                    joined(numbers.title, " holds ", x, ", outside its bounds [", one.minimum, ", ",
+                           one.maximum, "]"),
+                    "clamp it or widen the bounds");
 }
 
 bool is_environment(const UnknownParameter& one) {
@@ -144,10 +141,9 @@ void Fields::add(const Scene& scene, const UnknownParameter& one) {
   const FieldRef ref =
       *field_of(one, selenite::is_environment(one) ? -1 : scene.material(one.owner));
   if (std::find(refs_.begin(), refs_.end(), ref) != refs_.end())
-    throw InvalidArgument(name + " is listed twice; list it once");
+    throw Refused("", name + " is listed twice", "list it once");
   Numbers numbers = std::visit([&](const auto& r) { return numbers_of(scene, r); }, ref);
-  if (const std::string wrong = complaint(one, numbers); !wrong.empty())
-    throw InvalidArgument(name + ": " + wrong);
+  check(name, one, numbers);
   refs_.push_back(ref);
   names_.push_back(name);
   wanted_.push_back(one);

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "fit/problem/pixel_weights.h"
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
@@ -103,9 +103,9 @@ double mean_of(const Picture& picture, const Photo& photo) {
 
 void require_brightness(const Photo& photo) {
   if (!(mean_of(photo.reference, photo) > 0))
-    throw InvalidArgument("Photo '" + photo.id +
-                          "': it is black, and brightness-independent-mse divides by its mean; "
-                          "choose loss = 'dual-buffer' or a brighter photo");
+    throw Refused("Photo '" + photo.id + "'",
+                  "it is black, and brightness-independent-mse divides by its mean",
+                  "choose loss = 'dual-buffer' or a brighter photo");
 }
 
 LossResult brightness_independent_mse(const Film& film, const Photo& photo, const Weights&) {
@@ -198,7 +198,7 @@ const Loss& find_loss(std::string_view name) {
     if (loss.name == name) return loss;
     names += (names.empty() ? "" : ", ") + std::string(loss.name);
   }
-  throw InvalidArgument("loss = '" + std::string(name) + "' is unknown; choose one of " + names);
+  throw Refused("", "loss = '" + std::string(name) + "' is unknown", "choose one of " + names);
 }
 
 Vector loss_gradient(const SlotLayout& layout, const Film& film, const LossResult& loss) {

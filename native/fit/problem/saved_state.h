@@ -14,7 +14,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "math/error.h"
+#include "math/fault.h"
 #include "math/hash.h"
 #include "render/film/film.h"
 
@@ -55,7 +55,7 @@ class SavedState {
 
  private:
   [[noreturn]] static void damaged() {
-    throw InvalidArgument("The saved state is damaged or of another version; start without it");
+    throw Refused("", "The saved state is damaged or of another version", "start without it");
   }
   std::uint64_t checksum() const { return hash64(bytes_); }
   void raw(void* data, std::size_t size) {

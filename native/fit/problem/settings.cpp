@@ -52,7 +52,8 @@ void FitSettings::check() const {
   ProblemList problems;
   const auto require = [&](const char* name, double value, double lowest, double highest) {
     if (value >= lowest && value <= highest) return;  // false for NaN
-    problems.add(name, " = ", value, " must lie in [", lowest, ", ", highest, "]");
+    problems.add(
+        {"", joined(name, " = ", value, " must lie in [", lowest, ", ", highest, "]"), ""});
   };
   const auto in_range = [&](const char* name, double value) {
     const SettingRange& range = range_of(fit_ranges(), name);
@@ -72,12 +73,15 @@ void FitSettings::check() const {
   for (const auto& [name, value] :
        {std::pair{"search", search}, std::pair{"refinement", refinement}})
     if (value != "on" && value != "off" && value != "auto")
-      problems.add(name, " = '", value, "' is unknown; choose one of auto, on, off");
+      problems.add(
+          {"", joined(name, " = '", value, "' is unknown"), "choose one of auto, on, off"});
   problems.collect([&] {
     const Loss& chosen = find_loss(loss);
     if (spp >= 1 && spp < chosen.least_spp)
-      problems.add("loss = '", loss, "' needs spp of at least ", chosen.least_spp, ", not ", spp,
-                   "; it multiplies different samples of a pixel");
+      problems.add(
+          {"",
+           joined("loss = '", loss, "' needs spp of at least ", chosen.least_spp, ", not ", spp),
+           "it multiplies different samples of a pixel"});
   });
   problems.raise();
 }

@@ -17,24 +17,29 @@ void check_bounds(const std::string& name, const Parameter& table, const Unknown
                   ProblemList& problems) {
   const auto bound = [&](const char* what, double value) {
     if (value >= table.lower && value <= table.upper) return true;  // false for NaN
-    problems.add(name, ": ", what, " = ", value, " lies outside [", table.lower, ", ", table.upper,
-                 "]; give a value inside");
+    problems.add(
+        {name, joined(what, " = ", value, " lies outside [", table.lower, ", ", table.upper, "]"),
+         "give a value inside"});
     return false;
   };
   const bool low = bound("minimum", wanted.minimum), high = bound("maximum", wanted.maximum);
   if (low && high && !(wanted.minimum < wanted.maximum)) {
-    problems.add(name, ": minimum = ", wanted.minimum, " must be below maximum = ", wanted.maximum,
-                 "; widen the bounds or leave the parameter out");
+    problems.add({name,
+                  joined("minimum = ", wanted.minimum, " must be below maximum = ", wanted.maximum),
+                  "widen the bounds or leave the parameter out"});
     return;
   }
   if (low && high)
     for (double value : wanted.start)
       if (!(value >= wanted.minimum && value <= wanted.maximum))
-        problems.add(name, ": start = ", value, " lies outside its bounds [", wanted.minimum, ", ",
-                     wanted.maximum, "]; move the start or widen the bounds");
+        problems.add({name,
+                      joined("start = ", value, " lies outside its bounds [", wanted.minimum, ", ",
+                             wanted.maximum, "]"),
+                      "move the start or widen the bounds"});
   if (!(wanted.learning_rate > 0) || !std::isfinite(wanted.learning_rate))
-    problems.add(name, ": learning_rate = ", wanted.learning_rate,
-                 " must be above 0 and finite; 0.03 is usual");
+    problems.add({name,
+                  joined("learning_rate = ", wanted.learning_rate, " must be above 0 and finite"),
+                  "0.03 is usual"});
 }
 
 /// What is known of a parameter before its bounds.
@@ -58,8 +63,10 @@ Target target_of(const Scene& scene, const std::vector<Photo>& photos,
       }
       ids += (ids.empty() ? "'" : ", '") + photo.id + "'";
     }
-    throw UnknownName("'" + wanted.owner + "' is no photo, and '" + wanted.parameter +
-                      "' is a parameter of photos; photos: " + (ids.empty() ? "none" : ids));
+    throw NotFound("",
+                   "'" + wanted.owner + "' is no photo, and '" + wanted.parameter +
+                       "' is a parameter of photos",
+                   "photos: " + (ids.empty() ? "none" : ids));
   }
   const ParameterRef ref = scene.find(wanted.owner, wanted.parameter);
   return {ref, scene.description(ref), scene.width(ref)};
@@ -91,7 +98,7 @@ std::size_t film_slots(const SlotLayout& layout) {
 Unknowns::Unknowns(const Scene& scene, const std::vector<UnknownParameter>& wanted,
                    const std::vector<Photo>& photos) {
   ProblemList problems;
-  if (wanted.empty()) problems.add("Nothing to fit: tick at least one parameter");
+  if (wanted.empty()) problems.add({"Nothing to fit", "tick at least one parameter", ""});
   std::vector<double> start, minimum, maximum, rate;
   for (const UnknownParameter& one : wanted) {
     if (Fields::is_field(one)) continue;
@@ -101,11 +108,12 @@ Unknowns::Unknowns(const Scene& scene, const std::vector<UnknownParameter>& want
     if (!target) continue;
     const auto& [ref, description, width] = *target;
     if (std::find(parameters_.begin(), parameters_.end(), ref) != parameters_.end()) {
-      problems.add(name, " is listed twice; list it once");
+      problems.add({"", name + " is listed twice", "list it once"});
       continue;
     }
     if (static_cast<int>(one.start.size()) != width) {
-      problems.add(name, ": start has ", one.start.size(), " values; it takes ", width);
+      problems.add(
+          {name, joined("start has ", one.start.size(), " values"), joined("it takes ", width)});
       continue;
     }
     check_bounds(name, description, one, problems);

@@ -2,7 +2,7 @@
 // How a fit is saved and resumed.
 #include "fit/problem/saved_state.h"
 #include "fit/run/fit.h"
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
@@ -17,8 +17,8 @@ void Fit::members(SavedState& state) {
   std::string print = mine;
   state(print);
   if (print != mine)
-    throw InvalidArgument(
-        "The saved state belongs to a fit of other settings, unknowns or photos; start without it");
+    throw Refused("", "The saved state belongs to a fit of other settings, unknowns or photos",
+                  "start without it");
   PhaseKind kind = phase_->kind();
   state(kind, run_, minima_);
   if (state.reading()) phase_ = phase_to_restore(kind);
@@ -49,7 +49,7 @@ std::unique_ptr<Phase> Fit::phase_to_restore(PhaseKind kind) {
                                              std::vector<Vector>(), 0, 1),
           minima_);
   }
-  throw InvalidArgument("The saved state is of another version; start without it");
+  throw Refused("", "The saved state is of another version", "start without it");
 }
 
 std::string Fit::saved() {
@@ -59,7 +59,7 @@ std::string Fit::saved() {
 }
 
 void Fit::restore(std::string_view saved) {
-  if (begun_) throw InvalidArgument("Fit.restore: this fit has begun; restore a new one");
+  if (begun_) throw Refused("Fit.restore", "this fit has begun", "restore a new one");
   SavedState state(saved);
   members(state);
   state.expect_end();

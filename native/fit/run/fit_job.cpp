@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
@@ -54,8 +54,7 @@ FitJob::~FitJob() {
 
 void FitJob::start() {
   const std::scoped_lock lock(join_mutex_, mutex_);
-  if (started_)
-    throw InvalidArgument("Fit.start: this fit has been started before; make a new Fit");
+  if (started_) throw Refused("Fit.start", "this fit has been started before", "make a new Fit");
   started_ = true;
   clock_.start(*published_.result);
   thread_ = std::thread([this] { run(); });
@@ -101,7 +100,7 @@ std::shared_ptr<const std::string> FitJob::take_state() {
 
 void FitJob::restore(std::string_view saved, double seconds) {
   const std::scoped_lock lock(join_mutex_, mutex_);
-  if (started_) throw InvalidArgument("Fit.restore: this fit has been started; restore a new one");
+  if (started_) throw Refused("Fit.restore", "this fit has been started", "restore a new one");
   fit_.restore(saved);
   published_ = published();
   stages_noted_ = fit_.ended().size();
@@ -211,8 +210,8 @@ RunResult FitJob::result() const {
 std::shared_ptr<const Picture> FitJob::preview(int photo) const {
   const std::scoped_lock lock(mutex_);
   if (photo < 0 || photo >= static_cast<int>(published_.previews.size()))
-    throw InvalidArgument("Fit.preview: photo_index = " + std::to_string(photo) +
-                          " must lie in [0, " + std::to_string(published_.previews.size()) + ")");
+    throw Refused("Fit.preview", "photo_index = " + std::to_string(photo) + " must lie in [0, " +
+                                     std::to_string(published_.previews.size()) + ")");
   return published_.previews[static_cast<std::size_t>(photo)];
 }
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
@@ -40,7 +40,7 @@ Vector filled(const Fields& alone, const UnknownParameter& wanted,
 
 const std::vector<double>& RunPoint::scalar(const std::string& name) const {
   const auto found = std::ranges::find(scalars, name, &decltype(scalars)::value_type::first);
-  if (found == scalars.end()) throw UnknownName("'" + name + "' is not an unknown of this run");
+  if (found == scalars.end()) throw NotFound("", "'" + name + "' is not an unknown of this run");
   return found->second;
 }
 
@@ -87,7 +87,7 @@ RunPoint RunUnknowns::start() const {
 const RunUnknowns::Field& RunUnknowns::field(const std::string& name) const {
   const auto found =
       std::ranges::find_if(fields_, [&](const Field& f) { return f.wanted.name() == name; });
-  if (found == fields_.end()) throw UnknownName("'" + name + "' is not a field of this run");
+  if (found == fields_.end()) throw NotFound("", "'" + name + "' is not a field of this run");
   return *found;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/run/staged_fit.h"
 
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
@@ -25,7 +25,7 @@ bool ended_well(StopReason reason) {
 }
 
 [[noreturn]] void damaged() {
-  throw InvalidArgument("The saved state is damaged or of another version; start without it");
+  throw Refused("", "The saved state is damaged or of another version", "start without it");
 }
 
 /// A result that was read, against what is fitted: nothing else of it is used without a check.
@@ -45,7 +45,7 @@ void check(const FitProblem& problem, const FitResult& result) {
 }
 
 std::vector<Stage> some(std::vector<Stage> stages) {
-  if (stages.empty()) throw InvalidArgument("Fit: it has no stage; give one at least");
+  if (stages.empty()) throw Refused("Fit", "it has no stage", "give one at least");
   return stages;
 }
 
@@ -130,7 +130,7 @@ void StagedFit::restore(std::string_view saved) {
   if (format != kStagesFormat) damaged();
   state(count);
   if (count < 0 || count >= static_cast<std::int64_t>(stages_.size()))
-    throw InvalidArgument("The saved state belongs to a run of other stages; start without it");
+    throw Refused("", "The saved state belongs to a run of other stages", "start without it");
   for (std::int64_t i = 0; i < count; ++i) {
     EndedStage ended{fit_->problem(), std::string(fit_->strategy().optimiser.name), {}, 0};
     state(ended.result, ended.result.stopped, ended.seconds);

@@ -2,11 +2,12 @@
 #include "fit/solver/optimiser.h"
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include "fit/solver/adam.h"
 #include "fit/solver/gauss_newton.h"
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
@@ -29,17 +30,23 @@ constexpr std::array kOptimisers{
         2, true, true, true, true, Purpose::kInstrumental, make<GaussNewton>},
 };
 
-/// Why a kind does not go with the settings, with the cure; empty if it does.
-std::string obstacle(const OptimiserKind& kind, const Loss& loss, int spp, bool accumulate) {
+/// Why a kind does not go with the settings; nothing if it does.
+std::optional<Fault> obstacle(const OptimiserKind& kind, const Loss& loss, int spp,
+                              bool accumulate) {
+  const std::string who = "optimiser = '" + std::string(kind.name) + "' ";
   if (kind.least_squares_only && !loss.least_squares)
-    return "minimises squares and cannot take loss = '" + std::string(loss.name) +
-           "'; choose dual-buffer, or optimiser = 'adam'";
+    return Fault{"",
+                 who + "minimises squares and cannot take loss = '" + std::string(loss.name) + "'",
+                 "choose dual-buffer, or optimiser = 'adam'"};
   if (spp < kind.least_spp)
-    return "needs spp of at least " + std::to_string(kind.least_spp) + ", not " +
-           std::to_string(spp);
+    return Fault{"",
+                 who + "needs spp of at least " + std::to_string(kind.least_spp) + ", not " +
+                     std::to_string(spp),
+                 ""};
   if (kind.needs_all_photos && !accumulate)
-    return "steps once for all cameras; set accumulate, or choose optimiser = 'adam'";
-  return {};
+    return Fault{"", who + "steps once for all cameras",
+                 "set accumulate, or choose optimiser = 'adam'"};
+  return std::nullopt;
 }
 
 }  // namespace
@@ -50,8 +57,7 @@ const OptimiserKind& choose_optimiser(std::string_view name, int unknowns, const
                                       int spp, bool accumulate) {
   if (name == "auto") {
     for (const OptimiserKind& kind : kOptimisers)
-      if (kind.few_unknowns && unknowns <= kFewUnknowns &&
-          obstacle(kind, loss, spp, accumulate).empty())
+      if (kind.few_unknowns && unknowns <= kFewUnknowns && !obstacle(kind, loss, spp, accumulate))
         return kind;
     name = "adam";
   }
@@ -59,12 +65,11 @@ const OptimiserKind& choose_optimiser(std::string_view name, int unknowns, const
   for (const OptimiserKind& kind : kOptimisers) {
     names += ", " + std::string(kind.name);
     if (kind.name != name) continue;
-    const std::string why = obstacle(kind, loss, spp, accumulate);
-    if (!why.empty()) throw InvalidArgument("optimiser = '" + std::string(name) + "' " + why);
+    if (auto fault = obstacle(kind, loss, spp, accumulate))
+      throw Refused(std::vector{*std::move(fault)});
     return kind;
   }
-  throw InvalidArgument("optimiser = '" + std::string(name) + "' is unknown; choose one of " +
-                        names);
+  throw Refused("", "optimiser = '" + std::string(name) + "' is unknown", "choose one of " + names);
 }
 
 }  // namespace selenite

@@ -8,7 +8,7 @@
 #include "fit/objective/photo_weights.h"
 #include "fit/problem/pixel_weights.h"
 #include "fit/solver/joint_gauss_newton.h"
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
@@ -32,9 +32,10 @@ const OptimiserKind& optimiser_of(const FitProblem& problem) {
       JointGaussNewton::applies(problem.fields(), problem.photos()))
     return choose(settings.optimiser);
   if (settings.optimiser == "adam" || settings.optimiser == "auto") return choose("adam");
-  throw InvalidArgument("optimiser = '" + settings.optimiser +
-                        "' cannot fit a grid or an image, and nothing else is fitted; choose "
-                        "optimiser = 'adam' or 'auto'");
+  throw Refused("",
+                "optimiser = '" + settings.optimiser +
+                    "' cannot fit a grid or an image, and nothing else is fitted",
+                "choose optimiser = 'adam' or 'auto'");
 }
 
 bool wants_multi_start(const FitProblem& problem, const OptimiserKind& kind, bool uniform) {
@@ -43,10 +44,11 @@ bool wants_multi_start(const FitProblem& problem, const OptimiserKind& kind, boo
   const bool few = problem.fields().empty() ? problem.unknowns().size() <= kFewUnknowns : uniform;
   if (settings.search == "auto") return kind.few_unknowns && few;
   if (few) return true;
-  throw InvalidArgument(
-      "search = 'on' is for up to " + std::to_string(kFewUnknowns) +
-      " unknowns, where an albedo grid or image that starts with one colour "
-      "counts as three and any other as too many; choose search = 'off' or 'auto'");
+  throw Refused("",
+                "search = 'on' is for up to " + std::to_string(kFewUnknowns) +
+                    " unknowns, where an albedo grid or image that starts with one colour "
+                    "counts as three and any other as too many",
+                "choose search = 'off' or 'auto'");
 }
 
 bool wants_refinement(const FitProblem& problem, bool joint) {

@@ -11,7 +11,7 @@
 namespace selenite {
 namespace {
 
-constexpr const char* kCure = "; export it as sRGB, or as linear floats";
+constexpr const char* kCure = "export it as sRGB, or as linear floats";
 
 ColorEncoding srgb() {
   ColorEncoding result{.name = "sRGB"};
@@ -46,11 +46,10 @@ ColorEncoding from_profile(const std::string& path, const Contents& contents, bo
   const IccProfile profile = read_icc_profile(path, contents.icc_profile);
   ColorEncoding result{.name = "profile '" + profile.name + "'"};
   if (contents.cmyk)
-    throw FileError("'" + path + "' is CMYK, but its colour profile '" + profile.name + "' is not" +
-                    kCure);
+    refuse(path, "is CMYK, but its colour profile '" + profile.name + "' is not", kCure);
   if (profile.grey && !grey)
-    throw FileError("'" + path + "' has colours, but its colour profile '" + profile.name +
-                    "' is for grey pictures" + kCure);
+    refuse(path, "has colours, but its colour profile '" + profile.name + "' is for grey pictures",
+           kCure);
   result.curves = profile.curves;
   if (grey && !profile.grey) result.curves.fill(profile.curves[1]);  // its grey axis
   if (!grey) result.to_rec709 = profile.to_rec709;
@@ -111,10 +110,11 @@ ColorEncoding from_code_points(const std::string& path, const std::array<int, 4>
   const std::string name = "cICP " + std::to_string(code[0]) + "/" + std::to_string(code[1]);
   if (!primaries || !curve || code[2] != kRgb || code[3] != kFullRange) {
     const char* known = code[1] == 16 ? " (PQ)" : code[1] == 18 ? " (HLG)" : "";
-    throw FileError("'" + path + "' says cICP with primaries " + std::to_string(code[0]) +
-                    ", transfer " + std::to_string(code[1]) + known + ", matrix " +
-                    std::to_string(code[2]) + ", range " + std::to_string(code[3]) +
-                    ", which is not converted" + kCure);
+    refuse(path,
+           "says cICP with primaries " + std::to_string(code[0]) + ", transfer " +
+               std::to_string(code[1]) + known + ", matrix " + std::to_string(code[2]) +
+               ", range " + std::to_string(code[3]) + ", which is not converted",
+           kCure);
   }
   ColorEncoding result{.name = name};
   result.curves.fill(*curve);
@@ -230,8 +230,8 @@ ColorEncoding from_exr(const ExrPart& part) {
 ColorEncoding from_radiance(const std::string& path, const RadianceHeader& header) {
   ColorEncoding result = linear();
   if (header.gamma != 1)
-    throw FileError("'" + path + "' says GAMMA=" + short_number(header.gamma) +
-                    ", which Radiance does not know" + kCure);
+    refuse(path, "says GAMMA=" + short_number(header.gamma) + ", which Radiance does not know",
+           kCure);
   if (header.format == "32-bit_rle_xyze") {
     result.name = "XYZ";
     result.to_rec709 = rec709_of_xyz();
@@ -243,8 +243,8 @@ ColorEncoding from_radiance(const std::string& path, const RadianceHeader& heade
   for (std::size_t c = 0; c < 3; ++c) {
     const double exposure = header.exposure[c];
     if (!(exposure > 0) || !std::isfinite(exposure))
-      throw FileError("'" + path + "' says EXPOSURE or COLORCORR " + short_number(exposure) +
-                      "; it must be above 0: export it again");
+      refuse(path, "says EXPOSURE or COLORCORR " + short_number(exposure),
+             "it must be above 0: export it again");
     if (exposure != 1)
       for (Vector3& row : result.to_rec709) row[c] /= exposure;
   }
@@ -286,7 +286,7 @@ ColorEncoding color_encoding(const std::string& path, const Contents& contents, 
     if (grey && contents.format != FileFormat::kHdr) result.to_rec709 = kIdentity3;
     return result;
   } catch (const InvalidArgument& error) {
-    throw FileError("'" + path + "' has colours that cannot be converted: " + error.what() + kCure);
+    refuse(path, std::string("has colours that cannot be converted: ") + error.what(), kCure);
   }
 }
 

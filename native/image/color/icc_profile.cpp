@@ -11,12 +11,12 @@
 
 #include "image/file_error.h"
 #include "image/header/file_view.h"
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
 
-constexpr const char* kCure = "; convert the picture to sRGB when you export it";
+constexpr const char* kCure = "convert the picture to sRGB when you export it";
 
 struct CloseProfile {
   void operator()(void* profile) const { cmsCloseProfile(profile); }
@@ -47,10 +47,10 @@ std::string signature(cmsUInt32Number value) {
 
 TransferCurve curve_of(cmsHPROFILE profile, cmsTagSignature tag) {
   const auto* found = static_cast<const cmsToneCurve*>(cmsReadTag(profile, tag));
-  if (found == nullptr) throw InvalidArgument("lacks the curve " + signature(tag));
+  if (found == nullptr) throw Refused("", "lacks the curve " + signature(tag));
   if (cmsIsToneCurveLinear(found)) return {};
   const std::shared_ptr<cmsToneCurve> kept(cmsDupToneCurve(found), cmsFreeToneCurve);
-  if (!kept) throw InvalidArgument("has a curve that cannot be read");
+  if (!kept) throw Refused("", "has a curve that cannot be read");
   TransferCurve curve{[kept](double value) {
     return static_cast<double>(cmsEvalToneCurveFloat(kept.get(), static_cast<float>(value)));
   }};
@@ -63,7 +63,7 @@ Matrix3 matrix_of(cmsHPROFILE profile) {
   const std::array tags{cmsSigRedColorantTag, cmsSigGreenColorantTag, cmsSigBlueColorantTag};
   for (std::size_t c = 0; c < 3; ++c) {
     const auto* xyz = static_cast<const cmsCIEXYZ*>(cmsReadTag(profile, tags[c]));
-    if (xyz == nullptr) throw InvalidArgument("lacks the colour " + signature(tags[c]));
+    if (xyz == nullptr) throw Refused("", "lacks the colour " + signature(tags[c]));
     to_connection[0][c] = xyz->X;
     to_connection[1][c] = xyz->Y;
     to_connection[2][c] = xyz->Z;
@@ -129,7 +129,7 @@ void check_icc_layout(const std::string& path, const std::string& bytes) {
     sound = offset && size && *size >= kSmallestTag && *offset + *size <= all.size() &&
             is_sound(all.substr(*offset, *size));
   }
-  if (!sound) refuse(path, std::string("has a colour profile that is damaged") + kCure);
+  if (!sound) refuse(path, "has a colour profile that is damaged", kCure);
 }
 
 IccProfile read_icc_profile(const std::string& path, const std::string& bytes) {
@@ -138,12 +138,12 @@ IccProfile read_icc_profile(const std::string& path, const std::string& bytes) {
       cmsCreateContext(nullptr, nullptr));
   const std::unique_ptr<void, CloseProfile> profile(cmsOpenProfileFromMemTHR(
       context.get(), bytes.data(), static_cast<cmsUInt32Number>(bytes.size())));
-  if (!profile) throw FileError("'" + path + "' has a colour profile that is damaged" + kCure);
+  if (!profile) refuse(path, "has a colour profile that is damaged", kCure);
   IccProfile result;
   result.name = name_of(profile.get());
-  const std::string who = "'" + path + "' has the colour profile '" + result.name + "', which ";
+  const std::string has = "has the colour profile '" + result.name + "', which ";
   if (const std::string why = obstacle(profile.get()); !why.empty())
-    throw FileError(who + why + "; such profiles are not converted" + kCure);
+    refuse(path, has + why + "; such profiles are not converted", kCure);
   try {
     result.grey = cmsGetColorSpace(profile.get()) == cmsSigGrayData;
     if (result.grey) {
@@ -155,7 +155,7 @@ IccProfile read_icc_profile(const std::string& path, const std::string& bytes) {
       result.to_rec709 = matrix_of(profile.get());
     }
   } catch (const InvalidArgument& error) {
-    throw FileError(who + error.what() + kCure);
+    refuse(path, has + error.what(), kCure);
   }
   return result;
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
@@ -43,8 +43,8 @@ Matrix3 inverse(const Matrix3& m) {
   // Of matrices that files give; Rec. 709's is 0.2, those of the widest gamuts 0.5.
   constexpr double kSmallest = 1e-6;
   if (!(std::abs(size) > kSmallest) || !std::isfinite(size))
-    throw InvalidArgument("a colour matrix with determinant " + std::to_string(size) +
-                          " cannot be inverted");
+    throw Refused(
+        "", "a colour matrix with determinant " + std::to_string(size) + " cannot be inverted");
   Matrix3 result{};
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
@@ -57,7 +57,7 @@ Matrix3 inverse(const Matrix3& m) {
 
 Vector3 xyz_of(const Chromaticity& white) {
   if (!(white.y > 0) || !std::isfinite(white.x) || !std::isfinite(white.y))
-    throw InvalidArgument("a white with the chromaticity " + std::to_string(white.x) + ", " +
+    throw Refused("", "a white with the chromaticity " + std::to_string(white.x) + ", " +
                           std::to_string(white.y) + " has no light");
   return {white.x / white.y, 1, (1 - white.x - white.y) / white.y};
 }
@@ -74,7 +74,7 @@ Matrix3 adaptation(const Vector3& from, const Vector3& to) {
   Vector3 ratio{};
   for (std::size_t i = 0; i < 3; ++i) {
     if (!(cones_from[i] > 0))
-      throw InvalidArgument("a white outside the colours of light cannot be adapted to");
+      throw Refused("", "a white outside the colours of light cannot be adapted to");
     ratio[i] = cones_to[i] / cones_from[i];
   }
   return product(inverse(kBradford), product(diagonal(ratio), kBradford));

@@ -9,10 +9,10 @@ namespace selenite {
 
 FileView::FileView(const std::string& path)
     : stream_(std::make_shared<std::ifstream>(path_from_utf8(path), std::ios::binary)) {
-  if (!*stream_) throw FileError("'" + path + "' cannot be opened; check its permissions");
+  if (!*stream_) refuse(path, "cannot be opened", "check its permissions");
   stream_->seekg(0, std::ios::end);
   const auto end = stream_->tellg();
-  if (end < 0) throw FileError("'" + path + "' cannot be read; check its permissions");
+  if (end < 0) refuse(path, "cannot be read", "check its permissions");
   size_ = static_cast<std::uint64_t>(end);
 }
 

@@ -28,8 +28,10 @@ PhotoMask::PhotoMask(const std::string& path, const PictureInfo& photo, MaskKind
   info_ = rows.info();
   const int width = info_.width, height = info_.height;
   if (!same_shape(info_, photo))
-    refuse(path, "is a mask of " + size_text(width, height) + " pixels for a photo of " +
-                     size_text(photo.width, photo.height) + "; give a mask of the photo's shape");
+    refuse(path,
+           "is a mask of " + size_text(width, height) + " pixels for a photo of " +
+               size_text(photo.width, photo.height),
+           "give a mask of the photo's shape");
   across_ = area_spans(width, photo.width);
   down_ = area_spans(height, photo.height);
   values_.reserve(static_cast<std::size_t>(width) * height);

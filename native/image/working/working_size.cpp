@@ -14,7 +14,7 @@
 #include "image/resize.h"
 #include "image/working/outline.h"
 #include "image/working/weighted_rows.h"
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 namespace {
@@ -182,19 +182,20 @@ void filter_outlines(WeightedRows& rows, int width, int height, const std::vecto
 void check_size(const std::string& path, int width, int height, const Reading& reading,
                 const PictureInfo& photo) {
   if (width < 1 || height < 1 || width > photo.width || height > photo.height)
-    throw InvalidArgument("'" + path + "': size " + size_text(width, height) +
-                          " must be at least 1 x 1 and at most that of the photo, " +
-                          size_text(photo.width, photo.height));
+    throw Refused("'" + path + "'", "size " + size_text(width, height) +
+                                        " must be at least 1 x 1 and at most that of the photo, " +
+                                        size_text(photo.width, photo.height));
   const std::size_t corners =
       2 * (static_cast<std::size_t>(width) + 1) * (static_cast<std::size_t>(height) + 1);
   if (!reading.within.empty() &&
       reading.within.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
-    throw InvalidArgument("'" + path + "': " + std::to_string(reading.within.size()) +
-                          " values of what is within for " + size_text(width, height) + " pixels");
+    throw Refused("'" + path + "'", std::to_string(reading.within.size()) +
+                                        " values of what is within for " +
+                                        size_text(width, height) + " pixels");
   if (!reading.corners.empty() && reading.corners.size() != corners)
-    throw InvalidArgument("'" + path + "': " + std::to_string(reading.corners.size()) +
-                          " numbers for the corners of " + size_text(width, height) +
-                          " pixels, which have " + std::to_string(corners));
+    throw Refused("'" + path + "'", std::to_string(reading.corners.size()) +
+                                        " numbers for the corners of " + size_text(width, height) +
+                                        " pixels, which have " + std::to_string(corners));
 }
 
 void report_isolated(const IsolatedLight& isolated, WorkingPhoto& result) {

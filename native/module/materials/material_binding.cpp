@@ -40,13 +40,13 @@ void set_values(Material& material, const py::dict& values) {
   std::string names;
   for (const Parameter& p : parameter_table(OwnerKind::kMaterial))
     names += " " + std::string(p.name);
-  throw UnknownName("Material '" + material.name + "': a value's name is none of" + names);
+  throw NotFound("Material '" + material.name + "'", "a value's name is none of" + names);
 }
 
 /// One texture or vertex colour: {texture: index or None, attribute: str, uv: (2,3)}.
 FieldMap field_map(const SceneBuilder& b, const std::string& material, const std::string& parameter,
                    const py::dict& values) {
-  const std::string who = "Material '" + material + "': " + parameter;
+  const std::string who = "Material '" + material + "'";
   const auto& table = parameter_table(OwnerKind::kMaterial);
   FieldMap map;
   map.field =
@@ -54,17 +54,17 @@ FieldMap field_map(const SceneBuilder& b, const std::string& material, const std
                                     [&](const Parameter& p) { return p.name == parameter; }) -
                        table.begin());
   if (map.field == static_cast<int>(table.size()))
-    throw UnknownName(who + " is no parameter of a material");
+    throw NotFound(who, parameter + " is no parameter of a material");
   if (!values["texture"].is_none()) {
     const int index = values["texture"].cast<int>();
     if (index < 0 || index >= static_cast<int>(b.textures.size()))
-      throw InvalidArgument(who + ": texture " + std::to_string(index) + " was not added");
+      throw Refused(who, parameter + ": texture " + std::to_string(index) + " was not added");
     map.texture = b.textures[index];
   }
   map.attribute = values["attribute"].cast<std::string>();
   if (values.contains("uv")) {
     const auto uv = values["uv"].cast<Array<float>>();
-    require_shape(uv, who + ": uv", {2, 3});
+    require_shape(uv, who + ": " + parameter + ": uv", {2, 3});
     std::copy(uv.data(), uv.data() + 6, map.uv.begin());
   }
   return map;

@@ -32,22 +32,22 @@ int number_of(const Names& names, const std::string& name, const std::string& wh
   if (found != names.end()) return static_cast<int>(found - names.begin());
   std::string known;
   for (const auto& other : names) known += " " + std::string(other);
-  throw UnknownName(what + " '" + name + "' is none of" + known);
+  throw NotFound("", what + " '" + name + "' is none of" + known);
 }
 
 Colorf color_of(const py::handle& value) {
   const auto numbers = value.cast<std::vector<float>>();
   if (numbers.size() == 1) return Colorf(numbers[0]);
   if (numbers.size() != 3)
-    throw InvalidArgument("a shader's value has " + std::to_string(numbers.size()) +
-                          " numbers; give 1 or 3");
+    throw Refused("", "a shader's value has " + std::to_string(numbers.size()) + " numbers",
+                  "give 1 or 3");
   return {numbers[0], numbers[1], numbers[2]};
 }
 
 class ShaderReader {
  public:
   ShaderReader(Material& material, const py::dict& values)
-      : material_(material), values_(values), who_("Material '" + material.name + "': shader: ") {}
+      : material_(material), values_(values), who_("Material '" + material.name + "'") {}
 
   void read(const std::vector<std::shared_ptr<const Texture>>& textures) {
     for (const auto& row : values_["constants"]) add_constant(row.cast<py::dict>());
@@ -56,7 +56,7 @@ class ShaderReader {
     for (const auto& index : values_["textures"]) {
       const int at = index.cast<int>();
       if (at < 0 || at >= static_cast<int>(textures.size()))
-        throw InvalidArgument(who_ + "texture " + std::to_string(at) + " was not added");
+        throw Refused(who_, "shader: texture " + std::to_string(at) + " was not added");
       shader_.textures.push_back(textures[static_cast<std::size_t>(at)]);
     }
     for (const auto& table : values_["tables"]) add_table(table.cast<py::dict>());
@@ -79,22 +79,24 @@ class ShaderReader {
     p.upper = row["upper"].cast<double>();
     p.fit_lower = row["fit_lower"].cast<double>();
     p.fit_upper = row["fit_upper"].cast<double>();
-    p.scale = one_of<Scale>(who_ + "scale", row["scale"].cast<std::string>(),
+    p.scale = one_of<Scale>(prefix() + "scale", row["scale"].cast<std::string>(),
                             {{"linear", Scale::kLinear},
                              {"log", Scale::kLog},
                              {"log_excess", Scale::kLogExcess},
                              {"roughness", Scale::kRoughness},
                              {"reflectance", Scale::kReflectance},
                              {"angle", Scale::kAngle}});
-    p.effect = one_of<Effect>(who_ + "effect", row["effect"].cast<std::string>(),
+    p.effect = one_of<Effect>(prefix() + "effect", row["effect"].cast<std::string>(),
                               {{"surface", Effect::kSurface},
                                {"emission", Effect::kEmission},
                                {"volume", Effect::kVolume},
                                {"visibility", Effect::kVisibility}});
     const auto value = row["value"].cast<std::vector<double>>();
     if (value.size() != 1 && value.size() != 3)
-      throw InvalidArgument(who_ + std::string(p.name) + " has " + std::to_string(value.size()) +
-                            " numbers; give 1 or 3");
+      throw Refused(
+          who_,
+          "shader: " + std::string(p.name) + " has " + std::to_string(value.size()) + " numbers",
+          "give 1 or 3");
     constant.width = static_cast<int>(value.size());
     p.initial = value[0];
     for (const double x : value) check_value(material_.name, p, x);
@@ -105,7 +107,7 @@ class ShaderReader {
 
   void add_table(const py::dict& row) {
     const auto values = row["values"].cast<Array<float>>();
-    require_shape(values, who_ + "table", {ShaderTable::kSize, 3});
+    require_shape(values, prefix() + "table", {ShaderTable::kSize, 3});
     shader_.tables.push_back(
         {colors_of(values), value_or(row, "low", 0.0f), value_or(row, "high", 1.0f)});
   }
@@ -113,12 +115,12 @@ class ShaderReader {
   void add_code(const py::dict& row) {
     Instruction code;
     const auto name = row["op"].cast<std::string>();
-    code.op = static_cast<Op>(number_of(kOpNames, name, who_ + "operation"));
+    code.op = static_cast<Op>(number_of(kOpNames, name, prefix() + "operation"));
     if (row.contains("mode")) {
       const auto names = mode_names(code.op);
       code.mode = static_cast<std::uint8_t>(
           names.empty() ? row["mode"].cast<int>()
-                        : number_of(names, row["mode"].cast<std::string>(), who_ + name));
+                        : number_of(names, row["mode"].cast<std::string>(), prefix() + name));
     }
     for (const auto& flag : value_or(row, "flags", std::vector<std::string>{}))
       code.flags |= flag_of(flag);
@@ -135,19 +137,19 @@ class ShaderReader {
   InstructionFlag flag_of(const std::string& name) const {
     for (const auto& [known, flag] : kFlagNames)
       if (name == known) return flag;
-    throw UnknownName(who_ + "there is no flag '" + name + "'");
+    throw NotFound(who_, "shader: there is no flag '" + name + "'");
   }
 
   void add_closure(const py::dict& row) {
     ShaderClosure closure;
     const auto kind = row["kind"].cast<std::string>();
-    closure.kind = static_cast<ClosureKind>(number_of(kClosureNames, kind, who_ + "closure"));
+    closure.kind = static_cast<ClosureKind>(number_of(kClosureNames, kind, prefix() + "closure"));
     const auto inputs = row["inputs"].cast<std::map<std::string, int>>();
     for (const Parameter& p : closure_parameters(closure.kind)) {
       const auto found = inputs.find(std::string(p.name));
       if (found == inputs.end())
-        throw InvalidArgument(who_ + kind + " lacks its " + std::string(p.name) +
-                              "; give it a register");
+        throw Refused(who_, "shader: " + kind + " lacks its " + std::string(p.name),
+                      "give it a register");
       closure.inputs.push_back(found->second);
     }
     closure.weight = value_or(row, "weight", -1);
@@ -167,6 +169,8 @@ class ShaderReader {
 
   Material& material_;
   const py::dict& values_;
+  /// Of what is named by one text.
+  std::string prefix() const { return who_ + ": shader: "; }
   std::string who_;
   Shader shader_;
 };

@@ -82,7 +82,7 @@ py::list shader_values(const Scene& scene, const std::string& material, const st
   const float* at = places ? places->data() : nullptr;
   const int index = scene.material(material);
   const Material& m = scene.appearance.materials[static_cast<std::size_t>(index)];
-  if (!m.shader) throw InvalidArgument("Material '" + material + "' has no shader; give it one");
+  if (!m.shader) throw Refused("", "Material '" + material + "' has no shader", "give it one");
   const Camera& seen = scene.camera(camera);
   const int constant = by.empty() ? -1 : shader_constant(scene.find(material, by).field);
   const py::array_t<double> all =

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <utility>
 
-#include "math/error.h"
+#include "math/fault.h"
 #include "render/driver/aim_pilot.h"
 #include "render/driver/taped_tile.h"
 #include "render/driver/tile_pool.h"
@@ -80,7 +80,7 @@ std::vector<Field> fields_of(const Scene& scene, const std::vector<FieldRef>& un
     std::visit(
         [&](const auto& one) {
           if (std::find(unknown.begin(), ref, *ref) != ref)
-            throw InvalidArgument(name_of(scene, one) + " is listed twice; list it once");
+            throw Refused("", name_of(scene, one) + " is listed twice", "list it once");
           fields.push_back(find(scene, one));
         },
         *ref);
@@ -100,11 +100,11 @@ PixelLoss mean_of_pixels(std::vector<float> weights) {
   double sum = 0;
   for (const float weight : weights) {
     if (!(weight >= 0 && std::isfinite(weight)))
-      throw InvalidArgument("The weight of a pixel is " + std::to_string(weight) +
-                            "; give finite numbers from 0 up");
+      throw Refused("", "The weight of a pixel is " + std::to_string(weight),
+                    "give finite numbers from 0 up");
     sum += weight;
   }
-  if (!(sum > 0)) throw InvalidArgument("No pixel has a weight above 0; give one that counts");
+  if (!(sum > 0)) throw Refused("", "No pixel has a weight above 0", "give one that counts");
   for (float& weight : weights) weight = static_cast<float>(weight / sum);
   return [weights = std::move(weights)](std::size_t pixel, const Film&) {
     return PixelSlope{Colorf(weights[pixel]), {}};
@@ -153,12 +153,16 @@ FieldJacobian render_field_jacobian(const Scene& scene, const Camera& camera,
                                     Progress* progress) {
   settings.check();
   if (cell < 1 || kTileSize % cell != 0)
-    throw InvalidArgument("Cells of " + std::to_string(cell) + " pixels do not fill a tile of " +
-                          std::to_string(kTileSize) + "; choose one of its divisors");
+    throw Refused("",
+                  "Cells of " + std::to_string(cell) + " pixels do not fill a tile of " +
+                      std::to_string(kTileSize),
+                  "choose one of its divisors");
   if (weights.size() != static_cast<std::size_t>(settings.width) * settings.height)
-    throw InvalidArgument("There are " + std::to_string(weights.size()) + " weights for " +
-                          std::to_string(settings.width) + " x " + std::to_string(settings.height) +
-                          " pixels; give one a pixel");
+    throw Refused("",
+                  "There are " + std::to_string(weights.size()) + " weights for " +
+                      std::to_string(settings.width) + " x " + std::to_string(settings.height) +
+                      " pixels",
+                  "give one a pixel");
   if (has_undecided_aims(scene))
     return render_field_jacobian(decide_aims(scene, camera, {}, settings, nullptr, progress),
                                  camera, unknown, settings, weights, cell, progress);

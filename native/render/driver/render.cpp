@@ -4,7 +4,7 @@
 #include <chrono>
 #include <ctime>
 
-#include "math/error.h"
+#include "math/fault.h"
 #include "render/driver/aim_pilot.h"
 #include "render/driver/tile_pool.h"
 #include "render/lanes/lanes.h"
@@ -106,8 +106,8 @@ Film render(const Scene& scene, const Camera& camera, const SlotLayout& layout,
   if (settings.aim_pilot) film.make_room_for_excess();
   const bool by_lanes = render_by_lanes(scene, camera, layout, local, settings, progress, film);
   if (settings.lanes == kPacket && !by_lanes)
-    throw InvalidArgument(
-        "Render: lanes = 8 is not permitted for this scene on this processor; set it to 0 or 1");
+    throw Refused("Render", "lanes = 8 is not permitted for this scene on this processor",
+                  "set it to 0 or 1");
   if (by_lanes) film.lanes = kPacket;
   if (!by_lanes) render_by_paths(scene, camera, layout, local, settings, progress, film);
   film.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "math/error.h"
+#include "math/fault.h"
 #include "render/film/setting_range.h"
 #include "scene/packet.h"
 
@@ -40,8 +40,8 @@ const SettingRange& range_of(std::span<const SettingRange> table, const char* na
 
 void require_setting(bool good, const char* what, long long value, const char* range) {
   if (!good)
-    throw InvalidArgument(std::string("Render: ") + what + " = " + std::to_string(value) +
-                          " is not permitted; set it to " + range);
+    throw Refused("Render", std::string(what) + " = " + std::to_string(value) + " is not permitted",
+                  std::string("set it to ") + range);
 }
 
 void RenderSettings::check() const {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 
@@ -15,7 +15,7 @@ SlotLayout::SlotLayout(const Scene& scene, std::vector<ParameterRef> ticked)
     const std::string name = scene.owner_name(ref) + ":" + std::string(scene.description(ref).name);
     if (std::find(parameters.begin(), parameters.begin() + static_cast<long>(i), ref) !=
         parameters.begin() + static_cast<long>(i))
-      throw InvalidArgument(name + " is listed twice; list it once");
+      throw Refused("", name + " is listed twice", "list it once");
   }
   std::vector<int> first_slot(parameters.size(), -1);
   for (std::size_t i = 0; i < parameters.size(); ++i)

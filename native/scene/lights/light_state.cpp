@@ -5,7 +5,7 @@
 #include <bit>
 #include <set>
 
-#include "math/error.h"
+#include "math/fault.h"
 #include "math/hash.h"
 
 namespace selenite {
@@ -58,25 +58,25 @@ void LightState::check(const Scene& scene, const std::string& who) const {
   if (lamps) std::ranges::for_each(*lamps, note);
   for (const Place& place : places) note(place.lamp);
   if (!unknown.empty())
-    throw UnknownName(who +
-                      (unknown.size() == 1 ? "lamp " + quoted(unknown) + " is not in the scene"
-                                           : "lamps " + quoted(unknown) + " are not in the scene") +
-                      "; lamps: " + places_of(lights));
+    throw NotFound(who,
+                   (unknown.size() == 1 ? "lamp " + quoted(unknown) + " is not in the scene"
+                                        : "lamps " + quoted(unknown) + " are not in the scene"),
+                   "lamps: " + places_of(lights));
   std::set<std::size_t> moved;
   for (const Place& place : places) {
     const std::vector<std::size_t> found = named(lights, place.lamp);
     if (found.size() > 1)
-      throw InvalidArgument(
-          who + "lamp '" + place.lamp + "' stands at " + std::to_string(found.size()) +
-          " places, so one matrix cannot move it; name one of its objects, or make "
-          "its instances real");
+      throw Refused(who,
+                    "lamp '" + place.lamp + "' stands at " + std::to_string(found.size()) +
+                        " places, so one matrix cannot move it",
+                    "name one of its objects, or make its instances real");
     if (!moved.insert(found.front()).second)
-      throw InvalidArgument(who + "lamp '" + place.lamp + "' is moved twice; give one matrix");
+      throw Refused(who, "lamp '" + place.lamp + "' is moved twice", "give one matrix");
   }
   try {
     (void)applied_to(scene);
-  } catch (const InvalidArgument& error) {
-    throw InvalidArgument(who + error.what());
+  } catch (const Refused& error) {
+    throw Refused(std::vector{error.faults().front().within(who)});
   }
 }
 

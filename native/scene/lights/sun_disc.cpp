@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "math/error.h"
+#include "math/fault.h"
 
 namespace selenite {
 
@@ -13,17 +13,19 @@ SunDisc::SunDisc(const Vec3d& axis, const Vec3d& up, double radius, int size,
                  std::vector<Colorf> pixels)
     : size_(size), pixels_(std::move(pixels)) {
   if (!(radius > 0) || !(radius <= kLargest))
-    throw InvalidArgument("World: the radius of its sun = " + std::to_string(radius) +
-                          " lies outside (0, " + std::to_string(kLargest) +
-                          "] radians; set another size of the sun disc");
+    throw Refused("World",
+                  "the radius of its sun = " + std::to_string(radius) + " lies outside (0, " +
+                      std::to_string(kLargest) + "] radians",
+                  "set another size of the sun disc");
   if (size < 1 || pixels_.size() != static_cast<std::size_t>(size) * size)
-    throw InvalidArgument("World: the picture of its sun has " + std::to_string(pixels_.size()) +
-                          " pixels, not " + std::to_string(size) + " x " + std::to_string(size) +
-                          "; give a square one");
+    throw Refused("World",
+                  "the picture of its sun has " + std::to_string(pixels_.size()) + " pixels, not " +
+                      std::to_string(size) + " x " + std::to_string(size),
+                  "give a square one");
   const Vec3d right = cross(axis, up);
   if (!(dot(right, right) > 0))
-    throw InvalidArgument(
-        "World: the axis of its sun and the top of its picture are parallel; give another top");
+    throw Refused("World", "the axis of its sun and the top of its picture are parallel",
+                  "give another top");
   axis_ = Vec3f(normalize(axis));
   right_ = Vec3f(normalize(right));
   up_ = Vec3f(normalize(cross(right, axis)));
@@ -37,7 +39,7 @@ SunDisc::SunDisc(const Vec3d& axis, const Vec3d& up, double radius, int size,
       const Colorf& c = pixels_[static_cast<std::size_t>(row) * size + column];
       for (int k = 0; k < 3; ++k)
         if (!std::isfinite(c[k]))
-          throw InvalidArgument("World: a pixel of its sun is not finite; set another size of it");
+          throw Refused("World", "a pixel of its sun is not finite", "set another size of it");
       const double x = (column + 0.5) * side - std::tan(radius);
       const double y = (row + 0.5) * side - std::tan(radius);
       const double far = 1 + x * x + y * y;  // squared distance of the pixel, the plane at 1

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "math/error.h"
+#include "math/fault.h"
 #include "scene/shader/modes.h"
 
 namespace selenite {
@@ -59,7 +59,7 @@ bool keeps_channels(const Instruction& code, int k) {
 class Finisher {
  public:
   Finisher(Shader shader, const std::string& material)
-      : shader_(std::move(shader)), who_("Material '" + material + "': shader: ") {}
+      : shader_(std::move(shader)), who_("Material '" + material + "'") {}
 
   std::shared_ptr<const Shader> finish() {
     check();
@@ -73,19 +73,20 @@ class Finisher {
     return static_cast<int>(shader_.constants.size() + shader_.literals.size());
   }
 
-  void require(bool fine, const std::string& what) const {
-    if (!fine) throw InvalidArgument(who_ + what);
+  void require(bool fine, const std::string& cause, const std::string& cure = {}) const {
+    if (!fine) throw Refused(who_, "shader: " + cause, cure);
   }
   template <class List>
   void require_item(const Instruction& code, const List& list, const char* kind) const {
     require(code.item >= 0 && code.item < static_cast<int>(list.size()),
             std::string(kind) + " " + std::to_string(code.item) + " lies outside [0, " +
-                std::to_string(list.size()) + "); add it first");
+                std::to_string(list.size()) + ")",
+            "add it first");
   }
   void require_register(int index, int end) const {
-    require(index >= -1 && index < end, "register " + std::to_string(index) +
-                                            " lies outside [-1, " + std::to_string(end) +
-                                            "); name one that is computed before");
+    require(index >= -1 && index < end,
+            "register " + std::to_string(index) + " lies outside [-1, " + std::to_string(end) + ")",
+            "name one that is computed before");
   }
 
   void check() const {
@@ -106,15 +107,15 @@ class Finisher {
     for (const ShaderTable& table : shader_.tables)
       require(table.values.size() == ShaderTable::kSize && table.high > table.low,
               "a table has " + std::to_string(table.values.size()) + " rows over [" +
-                  std::to_string(table.low) + ", " + std::to_string(table.high) +
-                  "]; give 257 over a range");
+                  std::to_string(table.low) + ", " + std::to_string(table.high) + "]",
+              "give 257 over a range");
     for (const ShaderClosure& closure : shader_.closures) {
       const std::size_t wanted = closure_parameters(closure.kind).size();
-      require(closure.inputs.size() == wanted, "a closure has " +
-                                                   std::to_string(closure.inputs.size()) +
-                                                   " inputs; give " + std::to_string(wanted));
+      require(closure.inputs.size() == wanted,
+              "a closure has " + std::to_string(closure.inputs.size()) + " inputs",
+              "give " + std::to_string(wanted));
       for (const int index : closure.inputs) {
-        require(index >= 0, "a closure has an input without register; give every one a register");
+        require(index >= 0, "a closure has an input without register", "give every one a register");
         require_register(index, end);
       }
       require_register(closure.weight, end);

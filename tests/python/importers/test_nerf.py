@@ -116,7 +116,9 @@ def test_photos_may_lie_in_another_folder(tmp_path: Path) -> None:
     path = written(tmp_path / "poses", content)
     found = read_reconstruction(path, pictures=[tmp_path / "photos"])
     assert worst(found, known(1, Lens())) < MOST
-    with pytest.raises(ReconstructionError, match=r"size of its photo is not known.*--photos"):
+    with pytest.raises(
+        ReconstructionError, match=r"size of its photo is not known.*give their folder"
+    ):
         read_reconstruction(path)
 
 

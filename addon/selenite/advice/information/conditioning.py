@@ -15,12 +15,16 @@ from ...fit.plan import FitPlan
 from ...fit.request import RunRequest
 from ...fit.staging.request import StageRequest, first_then_all
 from ...fit.unknowns import Unknown, labels
+from ...messages import message
 from . import fisher
 from .job import Step
 from .photo_information import PhotoInformation
 
 #: Where it is computed what the photos determine.
-AT_START, AT_SEARCHED = "at the start", "at the values that multi-start found"
+AT_START, AT_SEARCHED = (
+    message("conditioning.at-start", "at the start"),
+    message("conditioning.at-values-multi-start", "at the values that multi-start found"),
+)
 #: Multi-start ends with the first step: a stage for its sake needs no other.
 _SEARCH_ITERATIONS = 1
 _POLL = 0.05  # seconds
@@ -76,7 +80,13 @@ class StageChoice:
             indices, why = deferred(photos, self._photos.ranges, self._photos.groups, where)
             late = [self.plan.unknowns[index] for index in indices]
         if not late:
-            self.plan = replace(self.plan, request=replace(request, staging=f"All at once: {why}"))
+            self.plan = replace(
+                self.plan,
+                request=replace(
+                    request,
+                    staging=message("conditioning.all-at-once", "All at once: {why}", why=why),
+                ),
+            )
             return
         names = [item.name for item in self.plan.unknowns]
         words = labels(self.plan.unknowns)
@@ -149,10 +159,18 @@ def deferred(
     together = errors(everything)
     left = [index for index in range(count) if known(index, together)]
     if len(left) == count:
-        return [], f"the photos determine every parameter {where}"
+        return [], message(
+            "conditioning.photos-determine-every-parameter",
+            "the photos determine every parameter {where}",
+            where=where,
+        )
     if left:
         waiting = [index for index in range(count) if index not in left]
-        return waiting, f"not determined by the photos {where}"
+        return waiting, message(
+            "conditioning.not-determined-photos",
+            "not determined by the photos {where}",
+            where=where,
+        )
     alone = {k: error for group in groups for k, error in errors(group).items()}
     left = [index for index in range(count) if known(index, alone)]
     while left:
@@ -163,8 +181,18 @@ def deferred(
         growth = {index: max(found[k] / alone[k] for k in groups[index]) for index in left}
         left.remove(max(left, key=growth.__getitem__))
     if len(left) in (0, count):
-        cause = "the photos determine no parameter, not even with the others known"
+        cause = message(
+            "conditioning.photos-determine-no-parameter",
+            "the photos determine no parameter, not even with the others known",
+        )
         return [], f"{where} {cause}"
     waiting = [index for index in range(count) if index not in left]
-    cause = "the photos do not separate all parameters"
-    return waiting, f"{where} {cause}, and this one suffers most from it"
+    cause = message(
+        "conditioning.photos-do-not-separate", "the photos do not separate all parameters"
+    )
+    return waiting, message(
+        "conditioning.one-suffers-most-from",
+        "{where} {cause}, and this one suffers most from it",
+        where=where,
+        cause=cause,
+    )

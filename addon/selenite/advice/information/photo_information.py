@@ -19,6 +19,7 @@ from ...fit.capture_render import evaluator
 from ...fit.model_error import EXPLAINED, ModelError
 from ...fit.plan import FitPlan
 from ...fit.settings import FitSettings
+from ...messages import thing
 from ...problems import BadInput, Problem
 from . import fisher
 from .fisher import Noise
@@ -177,7 +178,7 @@ class PhotoInformation:
             raise BadInput(
                 [
                     Problem(
-                        f"Parameter '{name}'",
+                        thing("Parameter", name),
                         "its derivative is not finite",
                         "narrow its bounds, or report this scene",
                     )

@@ -21,6 +21,7 @@ from ...environments import sphere
 from ...fit.capture_render import evaluator
 from ...fit.plan import build_scene
 from ...fit.settings import FitSettings
+from ...messages import message
 from ...problems import BadInput, Problem
 from ...scene_read.values import SceneValues
 from .job import Step
@@ -149,13 +150,22 @@ def said(search: RotationSearch) -> list[str]:
     assert found is not None
     left = 100 * math.sqrt(max(found.misfit, 0))
     lines = [
-        f"rotation {math.degrees(found.angle):.1f} degrees about Z, strength "
-        f"{search.strength:.4g}: {left:.1f} % of the photos' brightness is left"
+        message(
+            "world_rotation.rotation-degrees-about-z",
+            "rotation {angle} degrees about Z, strength {strength}: {percent} % of "
+            "the photos' brightness is left",
+            angle=f"{math.degrees(found.angle):.1f}",
+            strength=f"{search.strength:.4g}",
+            percent=f"{left:.1f}",
+        )
     ]
     if found.other is not None:
         lines.append(
-            f"{math.degrees(found.other):.0f} degrees explain the photos nearly as well; "
-            "compare both by eye"
+            message(
+                "world_rotation.degrees-explain-photos-nearly",
+                "{angle} degrees explain the photos nearly as well; compare both by eye",
+                angle=f"{math.degrees(found.other):.0f}",
+            )
         )
     return lines
 

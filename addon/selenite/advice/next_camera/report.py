@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...capture.light_states import described, is_as_in_scene
+from ...messages import joined, message, phrase
 from ...parameters import plain
 from .candidates import Candidate
 from .suggestion import Row, Suggestion
@@ -27,16 +28,31 @@ def where(place: Candidate, first: str) -> str:
         return f"camera '{place.camera.name}'"
     side = abs(place.azimuth)
     if place.elevation > 80:
-        return "from straight above"
+        return message("report.from-straight-above", "from straight above")
     if side <= _STRAIGHT:
-        text = f"from the side of '{first}'"
+        text = message("report.from-side", "from the side of '{first}'", first=first)
     elif side >= 180 - _STRAIGHT:
-        text = f"from behind, opposite '{first}'"
+        text = message(
+            "report.from-behind-opposite", "from behind, opposite '{first}'", first=first
+        )
     else:
-        text = f"{side:.0f}° to the {'right' if place.azimuth > 0 else 'left'} of '{first}'"
+        text = message(
+            "report.to-the-of",
+            "{side}° to the {way} of '{first}'",
+            side=f"{side:.0f}",
+            way=message("word.right", "right")
+            if place.azimuth > 0
+            else message("word.left", "left"),
+            first=first,
+        )
     if abs(place.elevation) <= _LEVEL:
-        return f"{text}, level"
-    return f"{text}, {abs(place.elevation):.0f}° {'up' if place.elevation > 0 else 'down'}"
+        return phrase("{text}, {level}", text=text, level=message("report.level", "level"))
+    return phrase(
+        "{text}, {angle}° {way}",
+        text=text,
+        angle=f"{abs(place.elevation):.0f}",
+        way=message("word.up", "up") if place.elevation > 0 else message("word.down", "down"),
+    )
 
 
 def changes(found: Suggestion, row: Row) -> list[str]:
@@ -46,7 +62,7 @@ def changes(found: Suggestion, row: Row) -> list[str]:
         factor = _factor(found, row, group)
         was, will = found.known[group].all(), row.known[group].all()
         if will and not was:
-            lines.append(f"determines {item.name}")
+            lines.append(message("report.determines", "determines {name}", name=item.name))
         elif factor <= _WORTH:
             lines.append(_shrinks(item.name, factor))
     return lines
@@ -59,20 +75,48 @@ def advice(found: Suggestion) -> list[str]:
     place = where(best.candidate, first)
     if best.gain < _LEAST_GAIN:
         lines = [
-            f"No place adds much to the photos: the best, {place}, shrinks the errors "
-            f"by {100 * (1 - math.exp(-best.gain)):.0f} %; another light may, or a fixed value "
-            "for a parameter that others compensate for"
+            message(
+                "report.no-place-adds-much",
+                "No place adds much to the photos: the best, {place}, shrinks the "
+                "errors by {percent} %; another light may, or a fixed value for a parameter"
+                " that others compensate for",
+                place=place,
+                percent=f"{100 * (1 - math.exp(-best.gain)):.0f}",
+            )
         ]
     else:
         lines = [
-            f"Next photo: {place}; it {', '.join(changes(found, best)) or 'helps all a little'}"
+            message(
+                "report.next-photo",
+                "Next photo: {place}; it {changes}",
+                place=place,
+                changes=joined(", ", changes(found, best))
+                or message("report.helps-all-little", "helps all a little"),
+            )
         ]
     if found.well_known:
-        lines.append("All values are known within a hundredth of their range already")
+        lines.append(
+            message(
+                "report.all-values-known-within",
+                "All values are known within a hundredth of their range already",
+            )
+        )
     if best.gain <= found.repeated:
-        lines.append(f"Another photo from '{first}' itself would add as much")
+        lines.append(
+            message(
+                "report.another-photo-from-itself",
+                "Another photo from '{first}' itself would add as much",
+                first=first,
+            )
+        )
     if not all(is_as_in_scene(item.lights) for item in found.plan.captures):
-        lines.append(f"The lights of a next photo are taken as in most: {described(found.lights)}")
+        lines.append(
+            message(
+                "report.lights-next-photo-taken",
+                "The lights of a next photo are taken as in most: {lights}",
+                lights=described(found.lights),
+            )
+        )
     left = [
         item.name
         for item, group in zip(found.plan.unknowns, found.groups, strict=True)
@@ -80,8 +124,12 @@ def advice(found: Suggestion) -> list[str]:
     ]
     if left:
         lines.append(
-            f"Not determined even then: {', '.join(left)}; another light, or a fixed value for "
-            "what compensates for it"
+            message(
+                "report.not-determined-even-then",
+                "Not determined even then: {names}; another light, or a fixed value for"
+                " what compensates for it",
+                names=", ".join(left),
+            )
         )
     return lines
 
@@ -151,8 +199,13 @@ def _factor(found: Suggestion, row: Row, group: Sequence[int]) -> float:
 
 def _shrinks(name: str, factor: float) -> str:
     if 0.45 <= factor <= 0.55:
-        return f"halves the uncertainty of {name}"
-    return f"shrinks the uncertainty of {name} to {100 * factor:.0f} %"
+        return message("report.halves-uncertainty", "halves the uncertainty of {name}", name=name)
+    return message(
+        "report.shrinks-uncertainty",
+        "shrinks the uncertainty of {name} to {percent} %",
+        name=name,
+        percent=f"{100 * factor:.0f}",
+    )
 
 
 def _errors(found: Suggestion, errors: np.ndarray, known: np.ndarray) -> list[str]:

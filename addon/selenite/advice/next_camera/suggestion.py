@@ -14,6 +14,7 @@ from ...capture.prepared import Capture
 from ...fit.model_error import EXPLAINED, ModelError
 from ...fit.plan import FitPlan, build_scene, prepare
 from ...fit.request import RunRequest
+from ...messages import control, thing
 from ...parameters import Values
 from ...problems import BadInput, Problem
 from ...scene_read.values import SceneValues
@@ -150,9 +151,9 @@ def suggestion_of(
     plan = replace(plan, captures=[as_taken(item) for item in plan.captures])
     problems = [
         Problem(
-            f"Parameter '{item.name}'",
+            thing("Parameter", item.name),
             "a grid or image has too many values to compute what a photo adds",
-            "leave it out, and name the others with --fit or the ticks of the panel",
+            control("fit-others", "leave it out, and name the others with --fit"),
         )
         for item in plan.fields
     ]

@@ -13,6 +13,7 @@ from ...fit.job import FitJob
 from ...fit.plan import FitPlan
 from ...fit.settings import PRESETS, FitSettings
 from ...fit.unknowns import Unknown, labels
+from ...messages import joined, message, phrase
 from ..information.job import Step
 from ..information.photo_information import RELATIVE, PhotoInformation
 from . import choices
@@ -52,13 +53,27 @@ class Expected:
         remarks = []
         if len(found) > 1:
             worst, size = max(found, key=lambda pair: pair[1])
-            remarks.append(f"worst: {words[worst.name]} {size:.2g}")
+            remarks.append(
+                message(
+                    "expected.worst",
+                    "worst: {name} {size}",
+                    name=words[worst.name],
+                    size=f"{size:.2g}",
+                )
+            )
         if self.left_open:
             names = ", ".join(words[item.name] for item in self.left_open)
-            remarks.append(f"not determined: {names}")
+            remarks.append(
+                message("expected.not-determined", "not determined: {names}", names=names)
+            )
         if found:
-            text += f", error {self.error:.2g}"
-        return text + (f" ({'; '.join(remarks)})" if remarks else "")
+            error = message("expected.error", "error {error}", error=f"{self.error:.2g}")
+            text = joined(", ", (text, error))
+        return (
+            phrase("{text} ({remarks})", text=text, remarks=joined("; ", remarks))
+            if remarks
+            else text
+        )
 
     def as_json(self) -> dict[str, object]:
         """Seconds, error (null where nothing is known) and the errors by name, null where not
@@ -77,7 +92,11 @@ class Expected:
 
 def seconds_text(seconds: float) -> str:
     """The estimate is good to about a third."""
-    return f"about {seconds:.0f} s" if seconds < 100 else f"about {seconds / 60:.0f} min"
+    return (
+        message("expected.about", "about {seconds} s", seconds=f"{seconds:.0f}")
+        if seconds < 100
+        else message("expected.about-min", "about {seconds} min", seconds=f"{seconds / 60:.0f}")
+    )
 
 
 class Estimate:
@@ -94,7 +113,15 @@ class Estimate:
         self.presets: dict[str, Expected] = {}
         #: Why there are no errors, or what to know about them; "" for nothing.
         why_not = cost.too_many(self._plan)
-        self.remark = f"Errors are not estimated: {why_not}" if why_not else ""
+        self.remark = (
+            message(
+                "expected.errors-not-estimated",
+                "Errors are not estimated: {why_not}",
+                why_not=why_not,
+            )
+            if why_not
+            else ""
+        )
         self._photos = None if self.remark else PhotoInformation(self._plan, self._plan.scene)
         self._job: FitJob | None = None
         self._cancelled = False
@@ -122,10 +149,12 @@ class Estimate:
             for step in self._photos.at_photos():
                 yield replace(step, fraction=_TIMING + (1 - _TIMING) * step.fraction)
             if self._photos.relative >= RELATIVE[1]:
-                self.remark = (
-                    "The photos differ from the render at these values by "
-                    f"{100 * RELATIVE[1]:.0f} % of their brightness or more. Errors hold near the "
-                    "right values: estimate again after the fit"
+                self.remark = message(
+                    "expected.photos-differ-from-render",
+                    "The photos differ from the render at these values by {percent} % of "
+                    "their brightness or more. Errors hold near the right values: estimate "
+                    "again after the fit",
+                    percent=f"{100 * RELATIVE[1]:.0f}",
                 )
         for name, preset in choices.preset_settings(self._settings).items():
             errors = () if self._photos is None else errors_of(self._photos, preset)

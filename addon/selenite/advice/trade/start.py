@@ -12,6 +12,7 @@ from ...capture.prepared import Capture, read_captures
 from ...fit.plan import FitPlan, prepare
 from ...fit.request import RunRequest
 from ...fit.settings import PRESETS, FitSettings
+from ...messages import thing
 from ...problems import BadInput, Problem
 from ...scene_read.values import SceneValues
 from .expected import Estimate
@@ -41,7 +42,7 @@ def trade_of(
 
     plan = prepare(values, request, packed, empty)
     if plan.fields:
-        title = f"Parameter '{plan.fields[0].name}'"
+        title = thing("Parameter", plan.fields[0].name)
         cause = "known values of a grid or image cannot be made from the scene"
         raise BadInput(Problem(title, cause, "leave it out"))
     tallest = min(_TALLEST, max(item.reference.shape[0] for item in plan.captures))

@@ -17,6 +17,7 @@ import numpy as np
 
 from ... import native
 from ...capture.views import View, blurred, eroded
+from ...messages import control, joined, message
 from .. import trust
 from .turntable import light_turns
 from .unlit import light_in_the_dark
@@ -110,12 +111,36 @@ def at_bound(history: History, limits: Sequence[Limits]) -> list[str]:
     for (item, word, bound), labels in sitting.items():
         letters = [label.removeprefix(item.name).lstrip(".") for label in labels]
         label = next(iter(labels)) if len(labels) == 1 else f"{item.name} ({', '.join(letters)})"
-        seen = f"{label} has sat at its {word} {bound:g} for {min(labels.values())} iterations"
-        cause = "light, exposure or a parameter that is not fitted is wrong"
+        seen = message(
+            "course.sat-at-iterations",
+            "{label} has sat at its {word} {bound} for {count} iterations",
+            label=label,
+            word=trust.BOUNDS[word],
+            bound=f"{bound:g}",
+            count=min(labels.values()),
+        )
+        cause = message(
+            "course.light-exposure-parameter-not",
+            "light, exposure or a parameter that is not fitted is wrong",
+        )
         if word in item.range_ends:
-            found.append(f"{seen}: if that is not plausible, {cause}")
+            found.append(
+                message(
+                    "course.if-not-plausible",
+                    "{seen}: if that is not plausible, {cause}",
+                    seen=seen,
+                    cause=cause,
+                )
+            )
         else:
-            found.append(f"{seen}: if that is not plausible, {cause}; else widen the bound")
+            found.append(
+                message(
+                    "course.if-not-plausible-else",
+                    "{seen}: if that is not plausible, {cause}; else widen the bound",
+                    seen=seen,
+                    cause=cause,
+                )
+            )
     return found
 
 
@@ -133,9 +158,17 @@ def drifting(history: History, limits: Sequence[Limits]) -> list[str]:
             near = left <= _DRIFT_NEAR * (scale(item.maximum) - scale(item.minimum))
             if even and near and 0 < left <= _ARRIVES_IN * pace and pace > 0:
                 found.append(
-                    f"{label} = {values[-1]:.3g} has moved towards its {word} {bound:g} for "
-                    f"{_DRIFT_FOR} iterations without slowing down: check whether light, exposure "
-                    "and the other parameters are right"
+                    message(
+                        "course.moved-towards-iterations-without",
+                        "{label} = {value} has moved towards its {word} {bound} for "
+                        "{count} iterations without slowing down: check whether light, "
+                        "exposure and the other parameters are right",
+                        label=label,
+                        value=f"{values[-1]:.3g}",
+                        word=trust.BOUNDS[word],
+                        bound=f"{bound:g}",
+                        count=_DRIFT_FOR,
+                    )
                 )
     return found
 
@@ -148,9 +181,15 @@ def loss_flat(history: History) -> list[str]:
     if loss[-1] < _SIGMAS * error[-1] or loss[-1] < _FLAT * loss[0]:
         return []
     return [
-        f"The loss has not fallen in {iteration[-1]} iterations ({loss[0]:.3g} at first, "
-        f"{loss[-1]:.3g} now): what is fitted does not explain the difference; compare photo and "
-        "render, and check camera, light and which photo belongs to which camera"
+        message(
+            "course.loss-not-fallen-iterations",
+            "The loss has not fallen in {iteration} iterations ({first} at first, {now} "
+            "now): the fitted parameters do not explain the difference; compare photo and "
+            "render, and check camera, light and the pairs of photo and camera",
+            iteration=iteration[-1],
+            first=f"{loss[0]:.3g}",
+            now=f"{loss[-1]:.3g}",
+        )
     ]
 
 
@@ -177,9 +216,17 @@ def still_falling(fit: FitResult) -> list[str]:
     if fall < max(_SIGMAS * noise, _FALLS_BY * loss[before]) or loss[-1] < _NOTHING_LEFT * loss[0]:
         return []
     return [
-        f"The loss was still falling when the iterations ended ({loss[before]:.3g} at iteration "
-        f"{iteration[before]}, {loss[-1]:.3g} at {iteration[-1]}): the values have not converged; "
-        f"give more Iterations, such as {2 * iterations}, and fit again"
+        message(
+            "course.loss-still-falling-when",
+            "The loss was still falling when the iterations ended ({before} at "
+            "iteration {iteration}, {now} at {last}): the values have not "
+            "converged; give more Iterations, such as {iterations}, and fit again",
+            before=f"{loss[before]:.3g}",
+            iteration=iteration[before],
+            now=f"{loss[-1]:.3g}",
+            last=iteration[-1],
+            iterations=2 * iterations,
+        )
     ]
 
 
@@ -190,15 +237,37 @@ def exposure(views: Sequence[View]) -> list[str]:
         found = _gain(view)
         if found is not None:
             gain, explained = found
-            text = f"{gain.mean():.2f} times as bright as the render"
+            text = message(
+                "course.times-as-bright-as",
+                "{mean} times as bright as the render",
+                mean=f"{gain.mean():.2f}",
+            )
             if gain.max() > 1.05 * gain.min():
-                text = f"{', '.join(f'{g:.2f}' for g in gain)} times the render in red, green, blue"
-            parts.append(f"'{view.id}' is {text} ({explained:.0%} of the difference)")
+                text = message(
+                    "course.times-render-red-green",
+                    "{factors} times the render in red, green, blue",
+                    factors=", ".join(f"{g:.2f}" for g in gain),
+                )
+            parts.append(
+                message(
+                    "course.difference",
+                    "'{id}' is {text} ({explained} of the difference)",
+                    id=view.id,
+                    text=text,
+                    explained=f"{explained:.0%}",
+                )
+            )
     if not parts:
         return []
     return [
-        f"Photo {'; '.join(parts)}: its exposure or white balance is not the scene's; "
-        "fit the light (World:strength, World:color) or take the loss brightness-independent-mse"
+        message(
+            "course.photo-exposure-white-balance",
+            "Photo {photos}: its exposure or white balance is not the scene's; fit "
+            "the light (World:strength, World:color) or take the loss "
+            "{loss}",
+            loss=control("loss.brightness-independent-mse", "brightness-independent-mse"),
+            photos=joined("; ", parts),
+        )
     ]
 
 
@@ -207,11 +276,18 @@ def misaligned(views: Sequence[View], *, transmits: bool = False, rims: bool = T
     each, or one for all where there are many. A refraction that is not right yet moves what is seen
     through the body, with the camera where it was. rims: whether those of masks are judged; where
     the photos are explained, what is left there is noise and blur of edges."""
-    cause = "the silhouette does not fit"
-    cure = "correct the camera, align the photo (Align, --align), or mask the rim"
+    cause = message("course.silhouette-does-not-fit", "the silhouette does not fit")
+    cure = message(
+        "course.correct-camera-align-photo",
+        "correct the camera, align the photo ({align}), or mask the rim",
+        align=control("align", "--align"),
+    )
     if transmits:
-        cause = "the silhouette does not fit, or what is seen through the body is not right yet"
-        cure = f"if the outlines differ, {cure}"
+        cause = message(
+            "course.silhouette-does-not-fit-2",
+            "the silhouette does not fit, or what is seen through the body is not right yet",
+        )
+        cure = message("course.if-outlines-differ", "if the outlines differ, {cure}", cure=cure)
     shifted, at_rim = [], []
     for view in views:
         shift = _shift(view)
@@ -223,21 +299,54 @@ def misaligned(views: Sequence[View], *, transmits: bool = False, rims: bool = T
     if len(shifted) + len(at_rim) > _FEW_PHOTOS:
         names = [f"'{name}'" for name, *_ in shifted + at_rim][:_FEW_PHOTOS]
         return [
-            f"{len(shifted) + len(at_rim)} of {len(views)} photos, such as {', '.join(names)}, lie "
-            f"beside their render or differ at the rim of their mask only: {cause}; {cure}"
+            message(
+                "course.photos-such-as-lie",
+                "{count} of {all} photos, such as {names}, lie beside their render or "
+                "differ at the rim of their mask only: {cause}; {cure}",
+                count=len(shifted) + len(at_rim),
+                all=len(views),
+                names=", ".join(names),
+                cause=cause,
+                cure=cure,
+            )
         ]
     found = []
     for name, across, down, explained in shifted:
-        side, way = "right" if across > 0 else "left", "down" if down > 0 else "up"
-        words = f"{abs(across):.1f} pixels to the {side} and {abs(down):.1f} {way}"
+        side = message("word.right", "right") if across > 0 else message("word.left", "left")
+        way = message("word.down", "down") if down > 0 else message("word.up", "up")
+        words = message(
+            "course.pixels",
+            "{across} pixels to the {side} and {down} {way}",
+            across=f"{abs(across):.1f}",
+            side=side,
+            down=f"{abs(down):.1f}",
+            way=way,
+        )
         found.append(
-            f"Photo '{name}' lies about {words} of its render "
-            f"({explained:.0%} of the difference): {cause}; {cure}"
+            message(
+                "course.photo-lies-about-render",
+                "Photo '{name}' lies about {words} of its render ({explained} of the "
+                "difference): {cause}; {cure}",
+                name=name,
+                words=words,
+                explained=f"{explained:.0%}",
+                cause=cause,
+                cure=cure,
+            )
         )
     for name, share, of_pixels in at_rim:
         found.append(
-            f"{share:.0%} of the difference of photo '{name}' lies within {_RIM_PIXELS} "
-            f"pixels of its mask's rim, {of_pixels:.0%} of the pixels: {cause}; {cure}"
+            message(
+                "course.difference-photo-lies-within",
+                "{share} of the difference of photo '{name}' lies within {width} "
+                "pixels of its mask's rim, {of_pixels} of the pixels: {cause}; {cure}",
+                share=f"{share:.0%}",
+                name=name,
+                width=_RIM_PIXELS,
+                of_pixels=f"{of_pixels:.0%}",
+                cause=cause,
+                cure=cure,
+            )
         )
     return found
 
@@ -259,8 +368,14 @@ def too_noisy(history: History, limits: Sequence[Limits]) -> list[str]:
             and abs(steps.sum()) < _JITTER_NET * np.abs(steps).sum()
         ):
             found.append(
-                f"{label} goes back and forth by {size:.2g} a step and gets nowhere: the steps are "
-                "noise; take four times the samples, larger pictures or a smaller learning rate"
+                message(
+                    "course.goes-back-forth-step",
+                    "{label} goes back and forth by {size} a step and gets nowhere: the "
+                    "steps are noise; take four times the samples, larger pictures or a "
+                    "smaller learning rate",
+                    label=label,
+                    size=f"{size:.2g}",
+                )
             )
     return found
 
@@ -273,9 +388,17 @@ def hidden_loss(history: History, views: Sequence[View]) -> list[str]:
     if not (hidden and math.sqrt(error[-1]) > _NOISE_OF_PHOTO * level > 0):
         return []
     return [
-        f"Noise hides the loss: {loss[0]:.2g} at first and {loss[-1]:.2g} after {iteration[-1]} "
-        f"iterations, both known to {error[-1]:.2g} only, and some values are not known; take four "
-        "times the samples or larger pictures (Draft has few of both, to check the set-up)"
+        message(
+            "course.noise-hides-loss-at",
+            "Noise hides the loss: {first} at first and {now} after {iteration} "
+            "iterations, both known to {error} only, and some values are not known;"
+            " take four times the samples or larger pictures (Draft has few of "
+            "both, to check the set-up)",
+            first=f"{loss[0]:.2g}",
+            now=f"{loss[-1]:.2g}",
+            iteration=iteration[-1],
+            error=f"{error[-1]:.2g}",
+        )
     ]
 
 

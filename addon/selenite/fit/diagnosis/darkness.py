@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from ...capture.light_states import AS_IN_SCENE, LightState, described
 from ...capture.prepared import Capture
+from ...messages import message, thing
 from ...problems import Problem
 from ...scene_read.values import MaterialValues, SceneValues
 from ..fields import FieldUnknown
@@ -35,12 +36,29 @@ def problems_of_darkness(
     if any(item.name in fitted or _shines(item) for item in values.materials):
         return []
     if _is_dark(values, AS_IN_SCENE, fitted):
-        cause = "no lamp, world or material of it gives light, and none of them is fitted"
-        cure = "add the light of the photos: a lamp, the world's color and strength, or an emission"
+        cause = message(
+            "darkness.no-lamp-world-material",
+            "no lamp, world or material of it gives light, and none of them is fitted",
+        )
+        cure = message(
+            "darkness.add-light-photos-lamp",
+            "add the light of the photos: a lamp, the world's color and strength, or an emission",
+        )
         return [Problem("Scene", cause, cure, DARK)]
-    cure = "say which lamps were on, and whether the world was; or leave the photo out"
+    cure = message(
+        "darkness.say-which-lamps-on",
+        "say which lamps were on, and whether the world was; or leave the photo out",
+    )
     return [
-        Problem(f"Photo '{item.id}'", f"its lights give no light ({described(item.lights)})", cure)
+        Problem(
+            thing("Photo", item.id),
+            message(
+                "darkness.lights-give-no-light",
+                "its lights give no light ({lights})",
+                lights=described(item.lights),
+            ),
+            cure,
+        )
         for item in captures
         if _is_dark(values, item.lights, fitted)
     ]

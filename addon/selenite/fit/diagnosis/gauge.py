@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ...capture.prepared import Capture
+from ...messages import joined, message
 from ...parameters import join_name, split_name
 from ...problems import listed
 from ...scene_read.values import SceneValues
@@ -49,17 +50,38 @@ class Gauge:
         """What it means and what to do, in one sentence."""
         names, cures = list(self.parameters), []
         if self.captures:
-            many = "s" if len(self.captures) > 1 else ""
-            names.append(f"the gain{many} of {' and '.join(self.captures)}")
-            cures.append("give one photo a gain of none, as of a known exposure")
+            photos = " and ".join(self.captures)
+            if len(self.captures) > 1:
+                names.append(message("gauge.gains", "the gains of {photos}", photos=photos))
+            else:
+                names.append(message("gauge.gain", "the gain of {photo}", photo=photos))
+            cures.append(
+                message(
+                    "gauge.give-one-photo-gain",
+                    "give one photo a gain of none, as of a known exposure",
+                )
+            )
         if self.reflectances:
-            cures.append("leave out the color of one material that is known, such as a grey card")
+            cures.append(
+                message(
+                    "gauge.leave-out-color-one",
+                    "leave out the color of one material that is known, such as a grey card",
+                )
+            )
         if self.lights:
-            cures.append("leave out the power of one lamp that is measured")
+            cures.append(
+                message(
+                    "gauge.leave-out-power-one", "leave out the power of one lamp that is measured"
+                )
+            )
         *first, last = names
-        return (
-            f"{', '.join(first)} and {last} compensate for each other: photos show only their "
-            f"product, so the brightness of each is open; {', or '.join(cures)}"
+        return message(
+            "gauge.compensate-each-other-photos",
+            "{first} and {last} compensate for each other: photos show only their "
+            "product, so the brightness of each is open; {cures}",
+            first=joined(", ", first),
+            last=last,
+            cures=joined(message("gauge.or", ", or "), cures),
         )
 
 
@@ -77,15 +99,22 @@ def _of_gains(values: SceneValues, captures: Sequence[Capture], names: Sequence[
     coloured = bright[0].rpartition(":")[2] in _COLOURS
     if coloured and (known := sorted(_seen(values) - _of_unknown_colour(values, names))):
         return [
-            "The gain of every photo is free: only the prior of a gain (about 1, within a factor "
-            f"of two) holds the brightness, unless the color of {listed(known)} in the scene is "
-            "right and counts in the photos; set the gain of one photo to none to hold it by that "
-            "photo"
+            message(
+                "gauge.gain-every-photo-free-2",
+                "The gain of every photo is free: only the prior of a gain (about 1, within a "
+                "factor of two) holds the brightness, or the color of {names} in the scene if "
+                "it is right. Set the gain of one photo to none",
+                names=listed(known),
+            )
         ]
     return [
-        f"The gain of every photo is free, and {bright[0]} can compensate for it: only the prior "
-        "of a gain (about 1, within a factor of two) holds the brightness; set the gain of one "
-        "photo to none to hold it by that photo"
+        message(
+            "gauge.gain-every-photo-free",
+            "The gain of every photo is free, and {name} can compensate for it: only the "
+            "prior of a gain (about 1, within a factor of two) holds the brightness. Set "
+            "the gain of one photo to none",
+            name=bright[0],
+        )
     ]
 
 
@@ -106,9 +135,15 @@ def _of_environment(values: SceneValues, names: Sequence[str]) -> list[str]:
         return []
     colours = [join_name(*pair) for pair in pairs if pair[0] in unknown and pair[1] in _COLOURS]
     return [
-        f"{ENVIRONMENT} and {' and '.join(colours)} compensate for each other, since no material "
-        "or lamp in the scene is known: a brighter room with darker surfaces looks the same. Add a "
-        "grey card or another known material to photos and scene, or fit one of the two"
+        message(
+            "gauge.compensate-each-other-since",
+            "{environment} and {colours} compensate for each other, since no material"
+            " or lamp in the scene is known: a brighter room with darker surfaces "
+            "looks the same. Add a grey card or another known material to photos "
+            "and scene, or fit one of the two",
+            environment=ENVIRONMENT,
+            colours=" and ".join(colours),
+        )
     ]
 
 

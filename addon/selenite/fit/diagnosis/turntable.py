@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...capture.views import View
+from ...messages import message
 
 #: Photos at least; mean direction of the cameras, from 0 all around to 1 all on one side, at most.
 _FEWEST, _AROUND = 5, 0.6
@@ -40,9 +41,15 @@ def light_turns(views: Sequence[View], azimuths: Mapping[str, float]) -> list[st
         return []
     side = "right" if seen.mean() > 0 else "left"
     return [
-        f"The {side} side is the bright one in {len(known)} photos from all around: the light "
-        "turned with the camera, as on a turntable, and that of the scene stands still; give each "
-        "photo the places of its lamps (see Lights of Captures in the manual)"
+        message(
+            "turntable.side-bright-one-photos",
+            "The {side} side is the bright one in {count} photos from all around: "
+            "the light turned with the camera, as on a turntable, and that of the "
+            "scene stands still; give each photo the places of its lamps (see "
+            "Lights of Captures in the manual)",
+            side=side,
+            count=len(known),
+        )
     ]
 
 

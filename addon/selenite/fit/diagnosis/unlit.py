@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...capture.views import View, blurred, eroded
+from ...messages import message
 
 #: Of the bright level, the brightness that this share of all pixels stays below: what is dark.
 _BRIGHT, _DARK = 0.9, 0.2
@@ -47,8 +48,14 @@ def light_in_the_dark(views: Sequence[View]) -> list[str]:
     if mean < max(_EXCESS, _SIGMAS * error):
         return []
     return [
-        f"{len(excess)} of {len(views)} photos are {mean:.0%} of their bright level brighter than "
-        "the render in places that it leaves dark: light comes through the body, or light of the "
-        "room is missing; fit subsurface scattering or a medium (see Volumes in the manual), or "
-        "World:strength"
+        message(
+            "unlit.photos-their-bright-level",
+            "{count} of {all} photos are {share} of their bright level brighter "
+            "than the render in places that it leaves dark: light comes through the"
+            " body, or light of the room is missing; fit subsurface scattering or a"
+            " medium (see Volumes in the manual), or World:strength",
+            count=len(excess),
+            all=len(views),
+            share=f"{mean:.0%}",
+        )
     ]

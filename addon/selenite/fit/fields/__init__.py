@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ... import parameters
+from ...messages import thing
 from ...problems import BadInput, Problem
 from ...scene_read.values import SceneValues
 from ..field_kinds import KINDS
@@ -41,7 +42,7 @@ def choose(
     """Requests -> fields with their start; what is wrong goes to `problems`."""
     found: list[FieldUnknown] = []
     for request in requests:
-        title = f"Parameter '{parameters.join_name(request.owner, request.parameter)}'"
+        title = thing("Parameter", parameters.join_name(request.owner, request.parameter))
         kind = KINDS[request.parameter]
         if kind.is_environment:
             request = replace(request, owner=own_name(scene, request.owner))

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ... import native, parameters
+from ...messages import control
 from ...parameters import Values
 from ...paths import why_not_file
 from ...problems import BadInput, Problem, choice
@@ -23,6 +24,10 @@ from ..unknowns import of_object
 
 if TYPE_CHECKING:
     from ..._core import Scene, Unknown
+
+#: Cures of a field with two starts, and of one without texels that no photo sees.
+ONE_START = control("one-start", "give --start or a file")
+NO_UNSEEN = control("no-unseen", "leave --unseen out")
 
 
 @dataclass(frozen=True, eq=False)

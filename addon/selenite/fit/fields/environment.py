@@ -14,6 +14,7 @@ import numpy as np
 from ... import native
 from ...capture.prepared import Capture
 from ...environments import mirror_ball, sphere
+from ...messages import control, phrase
 from ...parameters import Values
 from ...paths import file_stems
 from ...problems import BadInput, Problem, listed
@@ -22,7 +23,7 @@ from ..field_kinds import KINDS
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from ..unknowns import Unknown
-from .base import FieldUnknown, picture_of, rate_of, whole_number
+from .base import NO_UNSEEN, ONE_START, FieldUnknown, picture_of, rate_of, whole_number
 
 if TYPE_CHECKING:
     from ..._core import Scene
@@ -156,7 +157,7 @@ def environment_unknown(
     strength = scene.world.strength
     if request.unseen:
         cause = "texels of the world that no photo sees always continue the others"
-        raise BadInput(Problem(title, cause, "leave --unseen out"))
+        raise BadInput(Problem(title, cause, NO_UNSEEN))
     if any((item.owner, item.parameter.name) == (_NAME, "strength") for item in others):
         cause = "World:strength, which is fitted too, multiplies it: only their product is seen"
         raise BadInput(Problem(title, cause, "fit World:environment alone"))
@@ -197,8 +198,7 @@ def _world_of(scene: SceneValues, request: UnknownRequest, title: str) -> Owner:
         cause = f"'{request.owner}' is not the world"
         raise BadInput(Problem(title, cause, f"call it {_NAME}:environment"))
     if reason := owner.fixed.get(KINDS[request.parameter].parameter):
-        cause, _, cure = reason.partition(": ")
-        raise BadInput(Problem(title, cause, cure or "give the world a Background node"))
+        raise BadInput(reason.problem(title, "give the world a Background node"))
     return owner
 
 
@@ -236,9 +236,13 @@ def _start(
     file = request.grid if request.grid and not request.grid.isdecimal() else ""
     if request.projection and not file:
         cause = f"the projection {request.projection} is of a file, and none is given"
-        raise BadInput(Problem(title, cause, "add --environment FILE, or leave it out"))
+        raise BadInput(
+            Problem(
+                title, cause, control("environment-file", "add --environment FILE, or leave it out")
+            )
+        )
     if file and request.start is not None:
-        raise BadInput(Problem(title, "it has two starts", "give --start or a file"))
+        raise BadInput(Problem(title, "it has two starts", ONE_START))
     if request.start is not None:
         if len(request.start) not in (1, 3) or not all(
             math.isfinite(x) and x >= 0 for x in request.start
@@ -295,6 +299,9 @@ def _from_file(
         pixels = mirror_ball.equirectangular(pixels)
     elif pixels.shape[1] != 2 * pixels.shape[0]:
         cause = f"its {pixels.shape[1]} x {pixels.shape[0]} pixels are not twice as wide as high"
-        cure = "give a whole panorama, or --environment-projection mirror_ball for a ball"
+        cure = phrase(
+            "give a whole panorama, or {projection} for a ball",
+            projection=control("mirror-ball", "--environment-projection mirror_ball"),
+        )
         raise BadInput(Problem(title, cause, cure))
     return _sized(pixels, np.eye(3), size), notes

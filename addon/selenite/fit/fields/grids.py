@@ -20,7 +20,16 @@ from ..field_kinds import KINDS, FieldKind
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from ..unknowns import Unknown
-from .base import FieldUnknown, is_share, material_of, rate_of, share_bounds, whole_number
+from .base import (
+    NO_UNSEEN,
+    ONE_START,
+    FieldUnknown,
+    is_share,
+    material_of,
+    rate_of,
+    share_bounds,
+    whole_number,
+)
 
 if TYPE_CHECKING:
     from ..._core import Scene
@@ -116,7 +125,7 @@ def grid_unknown(
     owner = material_of(scene, request, title)
     fitted = {item.parameter.name for item in others if item.owner == owner.name}
     if request.unseen:
-        cause, cure = "what photos see of a grid is not known", "leave --unseen out"
+        cause, cure = "what photos see of a grid is not known", NO_UNSEEN
         raise BadInput(Problem(title, cause, cure))
     if not any(owner.values.get("extinction", ())) and "extinction" not in fitted:
         cause = "the material has no medium"
@@ -158,8 +167,7 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
         raise BadInput(Problem(title, cause, f"give {cure}"))
     if request.grid and not request.grid.isdecimal():
         if fill is not None:
-            cure = "give --start or a file with --grid"
-            raise BadInput(Problem(title, "it has two starts", cure))
+            raise BadInput(Problem(title, "it has two starts", ONE_START))
         values = _from_file(request.grid, kind, title)
         to_unit = _over_objects(scene, owner, title)[0] if own is None else own.to_unit
         return GridValues(Path(request.grid).name, values, to_unit)

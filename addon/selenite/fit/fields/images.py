@@ -14,12 +14,13 @@ from ... import native
 from ...capture.prepared import Capture
 from ...parameters import Values
 from ...paths import file_stems
-from ...problems import BadInput, Problem, listed
+from ...problems import BadInput, Problem, Reason, listed
 from ...scene_read.values import MapValues, Owner, SceneValues, TextureValues
 from ..field_kinds import KINDS
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from .base import (
+    ONE_START,
     FieldUnknown,
     is_share,
     material_of,
@@ -238,11 +239,10 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
         cause = f"its base colour comes from the colour attribute '{own.attribute}'"
         raise BadInput(Problem(title, cause, "unlink it, or link an image"))
     constant = material.values.get("base_color")
-    fixed = owner.fixed.get("base_color", "")
+    fixed = owner.fixed.get("base_color", Reason())
     if own is None and (constant is None or "base_color" not in owner.values or fixed):
-        cause, _, cure = (fixed or "its base colour could not be read").partition(": ")
-        cure = cure or "give it a Principled BSDF with a base colour"
-        raise BadInput(Problem(title, cause, cure))
+        reason = fixed or Reason("its base colour could not be read")
+        raise BadInput(reason.problem(title, "give it a Principled BSDF with a base colour"))
     _check_use(scene, owner, title)
     fill = request.start
     if fill is not None and not is_share(fill):
@@ -257,7 +257,7 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
         raise BadInput(Problem(title, cause, cure))
     if request.grid and not request.grid.isdecimal():
         if fill is not None:
-            raise BadInput(Problem(title, "it has two starts", "give --start or a file"))
+            raise BadInput(Problem(title, "it has two starts", ONE_START))
         return replace(start, texture=_from_file(request.grid, texture, title))
     if own is not None and not request.grid:
         if fill is None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from ... import native, parameters
 from ...capture.prepared import Capture
+from ...messages import control, phrase, thing
 from ...parameters import Values
 from ...problems import BadInput, Problem
 from ...scene_read.values import SceneValues
@@ -68,7 +69,10 @@ def settings_of(
         title = stage.title(number)
         for name in stage.parameters:
             if name not in names:
-                cause, cure = f"'{name}' is not fitted", f"take it out, or add --fit {name}"
+                cause = f"'{name}' is not fitted"
+                cure = phrase(
+                    "take it out, or {fit} {name}", fit=control("fit", "add --fit"), name=name
+                )
                 problems.append(Problem(title, cause, cure))
         own = base
         try:
@@ -82,7 +86,7 @@ def settings_of(
     for name in names if stages else ():
         if not any(name in stage.parameters for stage in stages):
             cause, cure = "it is in no stage", "name it in a stage, or do not fit it"
-            problems.append(Problem(f"Parameter '{name}'", cause, cure))
+            problems.append(Problem(thing("Parameter", name), cause, cure))
     return found
 
 
@@ -102,7 +106,7 @@ def starting_at_colour(
         file = bool(item.request.grid) and not item.request.grid.isdecimal()
         if item.name in colours and (file or item.request.start is not None):
             cause = f"it starts at the {item.kind.single} that is fitted before it"
-            problems.append(Problem(f"Parameter '{item.name}'", cause, "give no other start"))
+            problems.append(Problem(thing("Parameter", item.name), cause, "give no other start"))
     return [
         item.starting_at(item.filled(colours[item.name])) if item.name in colours else item
         for item in fields

@@ -10,6 +10,7 @@ from pathlib import Path
 from ... import parameters
 from ...capture.request import CaptureRequest
 from ...json_text import read_json
+from ...messages import thing
 from ...problems import BadInput, Problem, listed
 from ..field_kinds import IN_PLACE_OF, KINDS
 
@@ -59,7 +60,7 @@ class StageRequest:
 
 def read_stages(path: Path) -> tuple[StageRequest, ...]:
     """Reads a file of stages. Raises BadInput with one problem for each fault."""
-    title = f"File '{path}'"
+    title = thing("File", path)
     try:
         data = read_json(path)
     except ValueError as error:

@@ -17,7 +17,7 @@ OTHER_SUFFIXES = (
 )  # fmt: skip
 #: What programs put behind a photo's name to call its mask.
 MASK_ENDINGS = ("_mask", "-mask", ".mask")
-CURE = "put the photos beside the file, or give their folder (--photos)"
+CURE = "put the photos beside the file, or give their folder"
 
 
 def is_picture(name: str) -> bool:

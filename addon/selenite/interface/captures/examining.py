@@ -17,6 +17,7 @@ from ...capture.scene_captures import captures_of, ids_of, packed_photos
 from ...capture.window import ASPECT, window_of
 from ...fit.diagnosis.darkness import DARK, problems_of_darkness
 from ...fit.plan import build_scene
+from ...messages import message, thing
 from ...problems import BadInput, Problem
 from ...scene_read.camera import named_cameras
 from ...scene_read.hosts import BpyStruct
@@ -72,20 +73,36 @@ class Examining:
         found: list[Problem] = []
         such = ""
         for request in self._requests:
-            title = f"Photo '{request.photo}'"
+            title = thing("Photo", request.photo)
             info = header(title, request.photo, [], self._packed, as_linear=True)
             if info is not None:
                 size, before = (info["width"], info["height"]), len(found)
                 window_of(cameras[request.camera], request, size, info["orientation"], found)
                 if len(found) > before and not such:
-                    such = f"'{request.id}' with {size[0]} x {size[1]} pixels"
+                    such = message(
+                        "examining.x-pixels",
+                        "'{id}' with {width} x {height} pixels",
+                        id=request.id,
+                        width=size[0],
+                        height=size[1],
+                    )
         found = [item for item in found if item.kind == ASPECT]
         if len(found) < 2:
             return found
-        cause = (
-            f"{len(found)} of {len(self._requests)} have not the shape that their cameras render"
+        cause = message(
+            "examining.not-shape-their-cameras",
+            "{count} of {all} have not the shape that their cameras render",
+            count=len(found),
+            all=len(self._requests),
         )
-        return [Problem("Photos", f"{cause}, such as {such}", found[0].cure, ASPECT)]
+        return [
+            Problem(
+                "Photos",
+                message("examining.such-as", "{cause}, such as {such}", cause=cause, such=such),
+                found[0].cure,
+                ASPECT,
+            )
+        ]
 
     def _compare(self) -> None:
         problems: list[Problem] = []

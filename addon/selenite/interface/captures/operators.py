@@ -12,6 +12,7 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProp
 
 from ...capture.request import CaptureRequest
 from ...capture.scene_captures import ids_of, pair_by_name
+from ...messages import message
 from ...native import NativeUnavailable
 from ...scene_read.camera import named_cameras
 from ...scene_read.scene import read_scene
@@ -105,7 +106,15 @@ class SELENITE_OT_load_photos(bpy.types.Operator):
         paths = paths or _named_like(cameras, self.directory)
         if not paths:
             text = "No photo is chosen, and none here is named like a camera"
-            announce(self, {"WARNING"}, f"{text}; choose photos, or press A for all")
+            announce(
+                self,
+                {"WARNING"},
+                message(
+                    "operators.choose-photos-press-all",
+                    "{text}; choose photos, or press A for all",
+                    text=text,
+                ),
+            )
             return {"CANCELLED"}
         pairs, rest = pair_by_name(list(cameras), paths)
         rows = dict(zip(ids_of(context.scene), settings.captures, strict=True))
@@ -123,13 +132,27 @@ class SELENITE_OT_load_photos(bpy.types.Operator):
         settings.active_capture = max(0, min(settings.active_capture, len(settings.captures) - 1))
         self._read(context.scene)
         if failed:
-            announce(self, {"ERROR"}, f"Cannot read {', '.join(failed)}; give image files")
+            announce(
+                self,
+                {"ERROR"},
+                message(
+                    "operators.cannot-read-give-image",
+                    "Cannot read {names}; give image files",
+                    names=", ".join(failed),
+                ),
+            )
         if rest:
             text = "have no camera of their name; choose it in the list"
             announce(self, {"WARNING"}, f"{len(rest)} photos {text}")
         elif not failed:
             announce(
-                self, {"INFO"}, f"{len(paths)} photos loaded; see what is ticked, then Start Fit"
+                self,
+                {"INFO"},
+                message(
+                    "operators.photos-loaded-see-what",
+                    "{count} photos loaded; see what is ticked, then Start Fit",
+                    count=len(paths),
+                ),
             )
         return {"FINISHED"} if len(failed) < len(paths) else {"CANCELLED"}
 

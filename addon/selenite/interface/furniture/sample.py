@@ -14,6 +14,7 @@ import numpy as np
 
 from ...advice.information.job import BackgroundJob, Step
 from ...demo import NAME, scenes
+from ...messages import message
 from ..state import SAMPLE, is_idle
 from ..texts import announce
 from ..ticking import CancelsWork, redraw, show_status
@@ -171,7 +172,11 @@ def _prefer_draft() -> None:
 
 
 def _failure(work: Making) -> str:
-    return f"The sample scene could not be made: {work.trouble}"
+    return message(
+        "sample.sample-scene-could-not",
+        "The sample scene could not be made: {trouble}",
+        trouble=work.trouble,
+    )
 
 
 def _importable() -> Path:

@@ -11,6 +11,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 from ...importers import to_blender, undistorted
 from ...importers.plan import ImportRequest, make_plan
 from ...importers.sources import read_any
+from ...messages import message, thing
 from ...native import NativeUnavailable
 from ...paths import MISSING, absolute, is_there
 from ...problems import BadInput, Problem
@@ -90,7 +91,12 @@ class SELENITE_OT_import_reconstruction(bpy.types.Operator):
             return {"CANCELLED"}
         for text in plan.warnings:
             announce(self, {"WARNING"}, text)
-        counts = f"{len(made.cameras)} cameras, {made.captures} with a photo"
+        counts = message(
+            "operators.cameras-photo",
+            "{count} cameras, {captures} with a photo",
+            count=len(made.cameras),
+            captures=made.captures,
+        )
         meshes = ", ".join(f"'{item.name}'" for item in made.meshes) or "no mesh"
         announce(self, {"INFO"}, f"'{made.collection.name}': {counts}; {meshes}")
         return {"FINISHED"}
@@ -99,7 +105,13 @@ class SELENITE_OT_import_reconstruction(bpy.types.Operator):
         file = _path(self.filepath)
         if not self.filepath or not is_there(file):
             cure = "choose a file of a reconstruction"
-            raise BadInput(Problem(f"File '{self.filepath}'", MISSING, cure))
+            raise BadInput(
+                Problem(
+                    thing("File", self.filepath),
+                    MISSING,
+                    cure,
+                )
+            )
         return ImportRequest(
             file=file,
             cameras=_path(self.cameras) if self.cameras else None,

@@ -10,6 +10,7 @@ from bpy.props import FloatProperty
 
 from ... import mean_free_path
 from ...importers import imported, mesh_repair
+from ...messages import message
 from ...problems import BadInput, Problem
 from ...scene_read.shading import volumes
 from ...scene_read.shading.nodes import Unreadable
@@ -89,7 +90,15 @@ class SELENITE_OT_set_scale(_Tool):
         factor = imported.scale_to(collection, points, self.length / unit)
         context.view_layer.update()
         size = _box(imported.size_of(collection) * unit)
-        lines = [f"{collection.name} is {factor:.6g} times as large: {size}"]
+        lines = [
+            message(
+                "tools.times-as-large",
+                "{name} is {factor} times as large: {size}",
+                name=collection.name,
+                factor=f"{factor:.6g}",
+                size=size,
+            )
+        ]
         item = context.active_object
         if item is not None and item.type == "MESH":
             lines += _media(item, unit, float(mesh_repair.sides(item).min()))
@@ -107,7 +116,14 @@ class SELENITE_OT_set_ground(_Tool):
     def _done(self, context: bpy.types.Context) -> list[str]:
         collection = imported.collection_of(context.scene, context.active_object)
         angle = imported.level_to(collection, imported.picked_points(context, 3))
-        return [f"{collection.name} is turned by {math.degrees(angle):.3g}°; ground at z = 0"]
+        return [
+            message(
+                "tools.turned-ground-at-z",
+                "{name} is turned by {degrees}°; ground at z = 0",
+                name=collection.name,
+                degrees=f"{math.degrees(angle):.3g}",
+            )
+        ]
 
 
 class _MeshTool(_Tool):
@@ -135,8 +151,14 @@ class SELENITE_OT_fill_holes(_MeshTool):
         count = mesh_repair.fill_holes(item)
         after = mesh_repair.state_of(item)
         return [
-            f"{item.name}: {count} new triangles over {before.found.open_edges} open edges",
-            f"it is {after.text(unit)}",
+            message(
+                "tools.new-triangles-over-open",
+                "{name}: {count} new triangles over {open_edges} open edges",
+                name=item.name,
+                count=count,
+                open_edges=before.found.open_edges,
+            ),
+            message("tools.it-is", "it is {text}", text=after.text(unit)),
         ]
 
 
@@ -171,12 +193,23 @@ class SELENITE_OT_remesh(_MeshTool):
         after = mesh_repair.state_of(item)
         lines = [
             f"{item.name} was {before.text(unit)}",
-            f"it is {after.text(unit)}; a voxel has {voxel * unit * 1000:.4g} mm",
+            message(
+                "tools.voxel-mm",
+                "it is {text}; a voxel has {voxel} mm",
+                text=after.text(unit),
+                voxel=f"{voxel * unit * 1000:.4g}",
+            ),
         ]
         if maps:
             lines.append("its UV map is lost: unwrap it again before a texture is fitted")
         if len(slots) > 1:
-            lines.append(f"all its faces have the material '{item.material_slots[0].name}' now")
+            lines.append(
+                message(
+                    "tools.all-faces-material-now",
+                    "all its faces have the material '{name}' now",
+                    name=item.material_slots[0].name,
+                )
+            )
         return lines
 
 
@@ -190,7 +223,14 @@ class SELENITE_OT_thickness(_MeshTool):
     def _done(self, context: bpy.types.Context) -> list[str]:
         item, unit = context.active_object, meters_in_unit(context.scene)
         thickness = mesh_repair.thickness_at(item, np.array(context.scene.cursor.location))
-        lines = [f"{item.name} is {thickness * unit * 1000:.4g} mm thick there"]
+        lines = [
+            message(
+                "tools.mm-thick-there",
+                "{name} is {thickness} mm thick there",
+                name=item.name,
+                thickness=f"{thickness * unit * 1000:.4g}",
+            )
+        ]
         return lines + _media(item, unit, thickness)
 
 
@@ -243,10 +283,18 @@ def _media(item: bpy.types.Object, unit: float, thickness: float) -> list[str]:
         except Unreadable:
             continue
         path = mean_free_path.of(extinction, 1000 * unit)
-        line = f"mean free path in {material.name}: {path.text()}"
+        line = message(
+            "tools.mean-free-path",
+            "mean free path in {name}: {text}",
+            name=material.name,
+            text=path.text(),
+        )
         if max(extinction) > 0:
-            line += (
-                f"; {thickness * unit * 1000:.4g} mm are {thickness * max(extinction):.3g} of it"
+            line += message(
+                "tools.mm",
+                "; {thickness} mm are {lengths} of it",
+                thickness=f"{thickness * unit * 1000:.4g}",
+                lengths=f"{thickness * max(extinction):.3g}",
             )
         lines.append(line)
     return lines

@@ -6,8 +6,9 @@ from __future__ import annotations
 import bpy
 
 from ... import write_back
+from ...messages import message
 from ...parameters import Values
-from ...problems import BadInput, Problem
+from ...problems import BadInput, Problem, Reason
 from ...scene_read.scene import millimetres, read_scene, reading
 from ...scene_read.values import Owner, SceneValues
 from ...write_back import Key
@@ -53,11 +54,20 @@ class SELENITE_OT_apply(ReadsScene, bpy.types.Operator):  # type: ignore[misc]
         """All values or none; one undo step. found: where there are fields."""
         settings = context.scene.selenite
         grids = any(map(field_rows.is_grid, settings.results))
-        missing = grid_objects.why_not() if grids else ""
+        missing = grid_objects.why_not() if grids else Reason()
         try:
             if missing and all(map(field_rows.is_grid, settings.results)):
-                cause, _, cure = missing.partition(": ")
-                raise BadInput(Problem("Fitted grids", f"{cause} and stay in their files", cure))
+                raise BadInput(
+                    Problem(
+                        "Fitted grids",
+                        message(
+                            "apply.stay-their-files",
+                            "{cause} and stay in their files",
+                            cause=missing.cause,
+                        ),
+                        missing.cure,
+                    )
+                )
             before = _write(context.scene, "value")
         except BadInput as error:
             report_problems(self, error)
@@ -74,7 +84,15 @@ class SELENITE_OT_apply(ReadsScene, bpy.types.Operator):  # type: ignore[misc]
         for line in lines:
             announce(self, {"INFO"}, line)
         if missing:
-            announce(self, {"WARNING"}, f"The fitted grids stay in their files: {missing}")
+            announce(
+                self,
+                {"WARNING"},
+                message(
+                    "apply.fitted-grids-stay-their",
+                    "The fitted grids stay in their files: {missing}",
+                    missing=missing,
+                ),
+            )
         settings.applied = True
         _refresh(context, "value")
         return {"FINISHED"}

@@ -12,6 +12,7 @@ from ...cycles_check.job import CheckJob, lines, verdict
 from ...cycles_check.render_settings import contents_of, set_for_fit
 from ...fit.capture_render import as_found
 from ...fit.request import RunRequest
+from ...messages import message
 from ...problems import BadInput, Problem
 from ...report.results import new_folder, write_results
 from ...scene_read.blender_process import ProcessFailed
@@ -90,8 +91,17 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
             grids = {} if applied else field_rows.fitted_grids(scene)
             images = {} if applied else field_rows.fitted_images(scene)
             if grids and (missing := grid_objects.why_not()):
-                cause, _, cure = missing.partition(": ")
-                raise BadInput(Problem("Check in Cycles", f"{cause} and cannot show grids", cure))
+                raise BadInput(
+                    Problem(
+                        "Check in Cycles",
+                        message(
+                            "check.cannot-show-grids",
+                            "{cause} and cannot show grids",
+                            cause=missing.cause,
+                        ),
+                        missing.cure,
+                    )
+                )
             taken = [as_found(item, RUN.result.fit) for item in RUN.plan.captures] if known else []
             environment = "" if applied else environment_rows.fitted(scene)
             job = CheckJob(scene, request, values, grids, images, taken, environment)
@@ -203,7 +213,11 @@ def _report(operator: bpy.types.Operator, error: Exception) -> None:
     if isinstance(error, BadInput):
         report_problems(operator, error)
     else:
-        announce(operator, {"ERROR"}, f"The check failed: {error}")
+        announce(
+            operator,
+            {"ERROR"},
+            message("check.check-failed", "The check failed: {error}", error=error),
+        )
 
 
 CLASSES = (

@@ -14,7 +14,7 @@ from ...scene_read.scene import read_scene
 from ...scene_read.values import SceneValues
 from ..request import refresh_rows
 from ..running.work import Survey
-from ..state import CHECK, RUN, remember_shapes
+from ..state import CHECK, RUN, remember
 from ..ticking import redraw
 
 _POLL = 0.1  # seconds
@@ -31,7 +31,7 @@ def fill(scene: bpy.types.Scene, values: SceneValues) -> list[Problem]:
     """As `list_parameters`, with what was read, without a survey if there is a window."""
     native.core().prepare()  # while the user ticks
     refresh_rows(scene, values)
-    remember_shapes(scene.name, values)
+    remember(scene.name, values)
     if not bpy.app.background:
         _survey_soon(scene.name, values)
     CHECK.contents[scene.name] = contents_of(scene)
@@ -49,7 +49,7 @@ def _survey_soon(scene_name: str, values: SceneValues) -> None:
             return _POLL
         if job in RUN.left:
             RUN.left.remove(job)
-        remember_shapes(scene_name, values)
+        remember(scene_name, values)
         redraw(bpy.context)
         return None
 

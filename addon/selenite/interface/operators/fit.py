@@ -20,6 +20,7 @@ from ...fit.overall import Overall
 from ...fit.plan import prepare
 from ...fit.request import RunRequest
 from ...fit.staging.request import AUTO
+from ...messages import message
 from ...problems import BadInput
 from ...report.results import new_folder
 from ...scene_read.geometry.bodies import judge_bodies
@@ -38,7 +39,7 @@ from ..request import run_request
 from ..result.kept import keep_fields, keep_result
 from ..running.recorder import BackgroundRecorder
 from ..running.work import Finishing, Preparing
-from ..state import CANCELLED, CHECK, PROBLEMS, RUN, STAGES, remember_shapes
+from ..state import CANCELLED, CHECK, PROBLEMS, RUN, STAGES, remember, remember_plan
 from ..texts import announce
 from ..ticking import HARMLESS, Ticking, built, redraw, show_status
 
@@ -132,7 +133,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         if work is None:
             return False
         ready = built(self, lambda: list(work.steps())) is not None
-        remember_shapes(self._scene_name, work.values)
+        remember(self._scene_name, work.values)
         return ready and self._begin(work)
 
     def _asking(self, scene: bpy.types.Scene, resume: str) -> Reading[Preparing]:
@@ -202,7 +203,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             return {"PASS_THROUGH"}
         RUN.preparing = None
         ready = built(self, job.join)
-        remember_shapes(self._scene_name, job.work.values)
+        remember(self._scene_name, job.work.values)
         if ready and self._begin(job.work):
             return {"PASS_THROUGH"}
         return self._over(context)
@@ -215,7 +216,11 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         running, STAGES.step = STAGES.job.progress()
-        show_status(context, f"choosing stages, {STAGES.step.text}", STAGES.step.fraction)
+        show_status(
+            context,
+            message("fit.choosing-stages", "choosing stages, {text}", text=STAGES.step.text),
+            STAGES.step.fraction,
+        )
         if running or self._go_on(context):
             return {"PASS_THROUGH"}
         return self._over(context)
@@ -234,12 +239,17 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             report_problems(self, error)
             return False
         except (ValueError, RuntimeError) as error:
-            announce(self, {"ERROR"}, f"No stages are chosen: {error}")
+            announce(
+                self,
+                {"ERROR"},
+                message("fit.no-stages-chosen", "No stages are chosen: {error}", error=error),
+            )
             return False
         return self._run(scene, job)
 
     def _run(self, scene: bpy.types.Scene, job: FitJob, overall: Overall | None = None) -> bool:
         """Starts the native thread and the record on disk."""
+        remember_plan(scene.name, job.plan)
         for text in job.plan.warnings:
             announce(self, {"WARNING"}, text)
         CHECK.contents[scene.name] = contents_of(scene)
@@ -316,7 +326,11 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         keep_result(scene)
         keep_fields(scene)
         if last.work.trouble:
-            text = f"Cannot write the fitted grids and images to '{output_folder(scene)}'"
+            text = message(
+                "fit.cannot-write-fitted-grids",
+                "Cannot write the fitted grids and images to '{folder}'",
+                folder=output_folder(scene),
+            )
             cure = "choose another folder below and save the result"
             announce(self, {"ERROR"}, f"{text}: {last.work.trouble}; {cure}")
         VIEW.wake()  # small pictures of the result
@@ -338,7 +352,7 @@ def _request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
         return run_request(scene, values)
     except BadInput as error:
         values.bodies = judge_bodies(values)
-        remember_shapes(scene.name, values)
+        remember(scene.name, values)
         raise BadInput([*values.problems, *error.problems]) from error
 
 

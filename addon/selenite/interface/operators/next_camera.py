@@ -13,6 +13,7 @@ from ...capture.prepared import Capture
 from ...capture.scene_captures import packed_photos
 from ...fit.capture_render import as_found, like
 from ...fit.request import RunRequest, UnknownRequest
+from ...messages import message
 from ...parameters import Values
 from ...scene_read.camera import named_cameras
 from ...scene_read.geometry.bodies import judge_bodies
@@ -57,7 +58,15 @@ class SELENITE_OT_suggest_camera(WorksInThread):
             return {"CANCELLED"}
         like = _like(work)
         if like not in named_cameras(scene):  # deleted or renamed meanwhile
-            announce(self, {"ERROR"}, f"Camera '{like}' is gone; suggest again")
+            announce(
+                self,
+                {"ERROR"},
+                message(
+                    "next_camera.camera-gone-suggest-again",
+                    "Camera '{like}' is gone; suggest again",
+                    like=like,
+                ),
+            )
             return {"CANCELLED"}
         name = _show(scene, work)
         NEXT.lines = report.advice(work)

@@ -9,6 +9,7 @@ from ...advice.trade.expected import Estimate
 from ...advice.trade.measure import Trade
 from ...advice.trade.start import estimate_of
 from ...capture.scene_captures import packed_photos
+from ...messages import message
 from ...scene_read.geometry.bodies import judge_bodies
 from ...scene_read.reading.render_depsgraph import Reading
 from ...scene_read.scene import reading
@@ -80,7 +81,11 @@ class SELENITE_OT_trade(WorksInThread):
             announce(self, {"ERROR"}, work.trouble)
             return {"CANCELLED"}
         if work.remark:
-            announce(self, {"WARNING"}, f"{work.remark}; the table is there")
+            announce(
+                self,
+                {"WARNING"},
+                message("time.table-there", "{remark}; the table is there", remark=work.remark),
+            )
         announce(self, {"INFO"}, f"Wrote {work.folder}")
         return {"FINISHED"}
 
@@ -104,9 +109,20 @@ def draw_trade(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
 def _lines(trade: Trade) -> list[str]:
     """What the panel shows: the presets."""
     return [
-        f"{row.choice.name.capitalize()}: {row.mean('seconds'):.0f} s, error {row.error():.3g}"
+        message(
+            "time.error",
+            "{preset}: {seconds} s, error {error}",
+            preset=row.choice.name.capitalize(),
+            seconds=f"{row.mean('seconds'):.0f}",
+            error=f"{row.error():.3g}",
+        )
         if row.runs
-        else f"{row.choice.name.capitalize()}: not run, about {row.expected_seconds:.0f} s"
+        else message(
+            "time.not-run-about",
+            "{preset}: not run, about {seconds} s",
+            preset=row.choice.name.capitalize(),
+            seconds=f"{row.expected_seconds:.0f}",
+        )
         for row in trade.rows
         if row.choice.preset
     ]

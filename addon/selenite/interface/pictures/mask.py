@@ -12,6 +12,7 @@ from ...advice.information.job import Step
 from ...capture.prepared import read_captures
 from ...capture.request import CaptureRequest
 from ...capture.scene_captures import capture_of_row, packed_photos
+from ...messages import message
 from ...problems import BadInput, Problem
 from ...report.pictures.comparison import marked
 from ...scene_read.reading.render_depsgraph import Reading
@@ -91,14 +92,26 @@ class SELENITE_OT_preview_mask(WorksInThread):
         if work is None or work.picture is None:
             return {"CANCELLED"}
         image = images.show(IMAGE, work.picture, is_float=True)
-        announce(self, {"INFO"}, f"{work.share:.0%} of the photo count")
+        announce(
+            self,
+            {"INFO"},
+            message("mask.photo-count", "{share} of the photo count", share=f"{work.share:.0%}"),
+        )
         screen = bpy.context.screen
         areas = screen.areas if screen is not None else ()
         editor = next((area for area in areas if area.type == "IMAGE_EDITOR"), None)
         if editor is not None:
             editor.spaces.active.image = image  # type: ignore[attr-defined]
         else:
-            announce(self, {"INFO"}, f"Open the image '{IMAGE}' in an Image Editor")
+            announce(
+                self,
+                {"INFO"},
+                message(
+                    "mask.open-image-image-editor",
+                    "Open the image '{image}' in an Image Editor",
+                    image=IMAGE,
+                ),
+            )
         return {"FINISHED"}
 
 

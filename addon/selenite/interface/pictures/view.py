@@ -16,6 +16,7 @@ import numpy as np
 from ... import native
 from ...capture.scene_captures import ids_of
 from ...fit.job import DESCENT, FitFailed
+from ...messages import message
 from ...report.pictures import plots, sheet
 from ...report.pictures.canvas import encoded
 from ...report.pictures.comparison import (
@@ -364,7 +365,12 @@ def _choice() -> Choice:
 def _phase(progress: Progress) -> str:
     if progress.phase != DESCENT:
         return progress.phase
-    return f"iteration {progress.iteration} of {progress.iterations}"
+    return message(
+        "view.iteration",
+        "iteration {iteration} of {iterations}",
+        iteration=progress.iteration,
+        iterations=progress.iterations,
+    )
 
 
 def _moment_words(moments: Moments, row: int) -> str:
@@ -372,5 +378,14 @@ def _moment_words(moments: Moments, row: int) -> str:
         return "start"
     if row == RESULT:
         return "fit"
-    words = f"iteration {moments.iterations[row]} of {moments.iterations[-1]}"
-    return f"{words}, fitted grids and images" if moments.plan.fields else words
+    words = message(
+        "view.iteration-2",
+        "iteration {iteration} of {last}",
+        iteration=moments.iterations[row],
+        last=moments.iterations[-1],
+    )
+    return (
+        message("view.fitted-grids-images", "{words}, fitted grids and images", words=words)
+        if moments.plan.fields
+        else words
+    )

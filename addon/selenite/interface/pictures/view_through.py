@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ...messages import message
 from ...scene_read import hosts
 from ..chosen import chosen
 from ..texts import announce
@@ -43,8 +44,20 @@ class SELENITE_OT_view_through(bpy.types.Operator):
         if row is None:
             return {"CANCELLED"}
         if not hosts.is_editable(row.camera.data):
-            cause = f"Camera '{row.camera.name}' is linked from a library"
-            announce(self, {"ERROR"}, f"{cause}, and its photo cannot be shown; make it local")
+            cause = message(
+                "view_through.camera-linked-from-library",
+                "Camera '{name}' is linked from a library",
+                name=row.camera.name,
+            )
+            announce(
+                self,
+                {"ERROR"},
+                message(
+                    "view_through.photo-cannot-shown-make",
+                    "{cause}, and its photo cannot be shown; make it local",
+                    cause=cause,
+                ),
+            )
             return {"CANCELLED"}
         _go_through(context, row)
         if row.how.use_crop or row.how.use_distortion:

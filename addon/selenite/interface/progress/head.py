@@ -8,10 +8,10 @@ import bpy
 from ...capture.pairing import KIND as PAIRING
 from ...capture.window import ASPECT
 from ...fit.diagnosis.darkness import DARK
+from ...messages import named
 from ...scene_read.geometry.bodies import OPEN_BODY
 from .. import state
 from ..problem_reports import thing_of
-from ..problem_words import in_panel_words
 from ..texts import field, paragraph, shown, translated
 from .background import draw_bar, draw_work
 
@@ -141,14 +141,15 @@ def _draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context) -> No
         box = layout.box().column(align=True)
         line = box.row()
         line.label(text=shown(problem.object), translate=False)
-        if thing_of(problem.object) is not None:
+        kind, name = named(problem.object)
+        if thing_of(kind, name) is not None:
             # A word beside it would cut the name.
             button = line.operator("selenite.select_problem", text="", icon="RESTRICT_SELECT_OFF")
-            button.thing = problem.object
-        cause = shown(in_panel_words(problem.cause))
+            button.kind, button.name = kind, name
+        cause = shown(problem.cause)
         paragraph(box, context, f"{cause[:1].upper()}{cause[1:]}.")
-        paragraph(box, context, in_panel_words(problem.cure), "FORWARD")
+        paragraph(box, context, problem.cure, "FORWARD")
         if problem.kind in _REMEDIES:
             remedy = box.operator(_REMEDIES[problem.kind], icon="TOOL_SETTINGS")
             if problem.kind == OPEN_BODY:
-                remedy.thing = problem.object
+                remedy.name = name

@@ -9,8 +9,9 @@ from functools import partial
 
 import bpy
 
+from ...messages import joined, phrase, unpacked
 from ..state import is_idle
-from ..texts import announce, shown, translated
+from ..texts import shown, translated
 
 #: Seconds that Blender shows a report in the status bar at most, and that the same line then stays
 #: there for who has looked away.
@@ -20,10 +21,9 @@ _SENTENCE = [""]  # of the last fit
 
 def notify(operator: bpy.types.Operator, scene: bpy.types.Scene) -> None:
     """Reports the verdict, leaves it in the status bar, and scrolls to the result."""
-    verdict = scene.selenite.verdict
-    words = shown(verdict) if verdict else translated("see Result")
-    text = translated("Fit ended: {}").format(words)
-    announce(operator, {"INFO"}, text)
+    words = joined(" ", unpacked(scene.selenite.verdict)) or translated("see Result")
+    text = shown(phrase(translated("Fit ended: {}").replace("{}", "{words}"), words=words))
+    operator.report({"INFO"}, text)
     if bpy.app.background:
         return
     _SENTENCE[0] = text

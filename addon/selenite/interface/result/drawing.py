@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import bpy
 
+from ...messages import unpacked
 from ...report import table
 from ..rows.fields import is_field
 from ..rows.labels import label_of, unit_text, with_labels
@@ -31,7 +32,8 @@ def draw_verdict(
     """One sentence for the whole."""
     if settings.verdict:
         icon = ICONS.get(settings.verdict_icon, "NONE")
-        paragraph(layout.box(), context, settings.verdict, icon)
+        for text in unpacked(settings.verdict):
+            paragraph(layout.box(), context, text, icon)
 
 
 def draw_values(
@@ -60,7 +62,7 @@ def draw_report(
         return
     box = layout.box()
     _draw_table(box.column(align=True), context, settings)
-    for text in settings.report.splitlines():
+    for text in unpacked(settings.report):
         paragraph(box, context, with_labels(shown(text), settings.rows))
 
 

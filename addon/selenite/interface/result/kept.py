@@ -7,6 +7,7 @@ import bpy
 
 from ...fit import trust
 from ...fit.job import fitted_values
+from ...messages import packed
 from ...report import table
 from ...report.findings import Finding, findings, in_short
 from ..rows import fields as field_rows
@@ -32,11 +33,11 @@ def keep_result(scene: bpy.types.Scene) -> None:
         row.original = three(owner.values[name])
         _keep_finding(row, found[owner.name, name])
     words = in_short(RUN.plan, RUN.result.fit)
-    settings.verdict, settings.verdict_icon = words.sentence, words.icon
+    settings.verdict, settings.verdict_icon = packed([words.sentence]), words.icon
     settings.is_wrong = words.is_wrong
     settings.table = "\n".join("\t".join(line.cells) for line in table.lines(RUN.plan, RUN.result))
     rest = trust.sentences(RUN.plan, RUN.result.fit, intervals=False)
-    settings.report = "\n".join([*rest, *RUN.result.notes])
+    settings.report = packed([*rest, *RUN.result.notes])
 
 
 def keep_fields(scene: bpy.types.Scene) -> None:

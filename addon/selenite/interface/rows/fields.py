@@ -19,6 +19,7 @@ from ...fit.fields.grids import DENSITY_RANGE, USUAL_SIZE
 from ...fit.fields.images import USUAL_TEXELS, image_unknown, seen
 from ...fit.request import UnknownRequest
 from ...fit.settings import FitSettings
+from ...messages import thing
 from ...problems import BadInput, Problem
 from ...report.finished_fit import FinishedFit
 from ...report.results import field_text
@@ -200,7 +201,7 @@ def apply(scene: bpy.types.Scene, values: SceneValues, *, with_grids: bool) -> l
         for name, uses in grids.items():
             if name not in values.owners:
                 cause, cure = "the scene has no such material", "undo its removal or renaming"
-                raise BadInput(Problem(f"Material '{name}'", cause, cure))
+                raise BadInput(Problem(thing("Material", name), cause, cure))
             folder = Path(files[name]).parent
             lines.append(grid_objects.show(scene, values, name, uses, folder))
             undo.append(partial(grid_objects.restore, scene, name))

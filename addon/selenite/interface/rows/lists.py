@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import bpy
 
+from .. import warning_rows
 from ..texts import abbreviated, region_width, text_width
 from .owners import ICONS, active_owner
 
@@ -34,6 +35,8 @@ class SELENITE_UL_owners(bpy.types.UIList):
         parts = layout.split(factor=0.75)
         parts.label(text=item.name, icon=ICONS[item.kind], translate=False)
         parts.label(text=f"{ticked} / {free}", translate=False)
+        if warning_rows.about(context.scene, warning_rows.of_owner(context.scene, item)):
+            parts.label(text="", icon="ERROR")
 
 
 class SELENITE_UL_rows(bpy.types.UIList):

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import state
+from .. import state, warning_rows
 from ..chosen import chosen
 from ..furniture.icon import icon_id
 from ..texts import paragraph, translated
@@ -35,6 +35,7 @@ class SELENITE_PT_parameters(bpy.types.Panel):
             if text in in_head:
                 continue
             paragraph(layout.box(), context, text, "ERROR")
+        warning_rows.draw(layout, context, warning_rows.others(context.scene))
         if not len(settings.rows):
             return
         layout.template_list(
@@ -42,6 +43,10 @@ class SELENITE_PT_parameters(bpy.types.Panel):
             item_dyntip_propname="tip",
             rows=min(max(len(settings.owners), _FEWEST_OWNERS), _MOST_OWNERS),
         )  # fmt: skip
+        owner = chosen(settings.owners, settings.active_owner)
+        if owner is not None:
+            subjects = warning_rows.of_owner(context.scene, owner)
+            warning_rows.draw(layout, context, warning_rows.about(context.scene, subjects))
         row = layout.row(align=True)
         row.operator("selenite.tick_usual", text="Usual", icon="CHECKBOX_HLT")
         row.operator("selenite.untick", text="None", icon="CHECKBOX_DEHLT")

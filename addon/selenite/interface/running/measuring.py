@@ -12,6 +12,7 @@ from ...advice.trade import report
 from ...advice.trade.measure import Trade
 from ...advice.trade.start import trade_of
 from ...fit.request import RunRequest
+from ...messages import message
 from ...report.results import new_folder
 from ...scene_read.geometry.bodies import judge_bodies
 from ...scene_read.values import SceneValues
@@ -61,7 +62,13 @@ class Measuring:
             report.write(content, self.folder)
         except OSError as error:
             cure = "choose another folder"
-            self.trouble = f"Cannot write to '{self._parent}': {error}; {cure}"
+            self.trouble = message(
+                "measuring.cannot-write",
+                "Cannot write to '{parent}': {error}; {cure}",
+                parent=self._parent,
+                error=error,
+                cure=cure,
+            )
         self.remark = report.why_no_plot(content)
 
     def cancel(self) -> None:

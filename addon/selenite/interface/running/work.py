@@ -13,6 +13,7 @@ from ...fit.inputs import Inputs, changes, inputs_of
 from ...fit.job import FitJob
 from ...fit.overall import Overall
 from ...fit.plan import FitPlan, prepare
+from ...messages import message
 from ...problems import BadInput
 from ...report.finished_fit import FinishedFit
 from ...report.light_pairing import with_warnings
@@ -183,4 +184,10 @@ class Saving(_Writing):
             return
         except OSError as error:
             cure = "choose another folder"
-            self.trouble = f"Cannot write to '{self._parent}': {error}; {cure}"
+            self.trouble = message(
+                "work.cannot-write",
+                "Cannot write to '{parent}': {error}; {cure}",
+                parent=self._parent,
+                error=error,
+                cure=cure,
+            )

@@ -13,6 +13,7 @@ from typing import TypedDict, cast
 import bpy
 
 from ...atomic_files import write_json
+from ...messages import remark, thing
 from ...problems import Problem
 from ..blender_process import BlenderProcess, baked_folder
 from ..options import ReadingOptions
@@ -64,10 +65,12 @@ class ComparisonRun(ProcessRun):
         """Never a problem: a difference that nobody knows is said to be unknown."""
         if self.stopped:
             return None
-        title = f"Scene '{self._asked.scene.name}'"
+        title = thing("Scene", self._asked.scene.name)
         if self.problem is not None:
             cause = self.problem.cause
-            self._asked.read.warn(f"{title}: what approximations change is not known: {cause}")
+            self._asked.read.warn(
+                remark(title, f"what approximations change is not known: {cause}")
+            )
             return None
         if self.report and self._kept is not None:
             self._kept.parent.mkdir(parents=True, exist_ok=True)
@@ -75,9 +78,13 @@ class ComparisonRun(ProcessRun):
         found = cast("Difference", self.report) if self.report else self._known()
         if found is not None:
             self._asked.read.warn(
-                f"{title}: approximated materials change the picture of camera "
-                f"'{found['camera']}' by {100 * found['mean']:.3g} % on average and "
-                f"{100 * found['worst']:.3g} % in the worst of its blocks, against Cycles"
+                remark(
+                    title,
+                    "approximated materials change the picture of camera "
+                    f"'{found['camera']}' by {100 * found['mean']:.3g} % on average and "
+                    f"{100 * found['worst']:.3g} % in the worst of its blocks, against Cycles",
+                    f"{100 * found['worst']:.3g} % in the worst of its blocks, against Cycles",
+                )
             )
         return None
 
@@ -90,7 +97,7 @@ class ComparisonRun(ProcessRun):
         return process
 
     def _said(self, error: Exception) -> Problem:
-        return Problem(f"Scene '{self._asked.scene.name}'", str(error), "")
+        return Problem(thing("Scene", self._asked.scene.name), str(error), "")
 
     def _known(self) -> Difference | None:
         if self._kept is None or not self._kept.is_file():

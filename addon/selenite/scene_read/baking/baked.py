@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 
 from ...atomic_files import partial_name
+from ...messages import remark, thing
 from ...problems import Problem
 from ..blender_process import BlenderProcess, baked_folder
 from ..reading.process_run import ProcessRun
@@ -91,7 +92,7 @@ class BakeRun(ProcessRun):
     def _said(self, error: Exception) -> Problem:
         cause = f"its nodes cannot be baked ({error})"
         cure = "unlink what is not read, or give constant values"
-        return Problem(f"Scene '{self._asked.scene.name}'", cause, cure)
+        return Problem(thing("Scene", self._asked.scene.name), cause, cure)
 
     def _is_kept(self, one: WantedMaterial) -> bool:
         return (self._folder / self._keys[one.name] / "report.json").is_file()
@@ -135,6 +136,9 @@ class BakeRun(ProcessRun):
         asked_for.fill_in(one, self._asked.read, pictures, maps)
         for output, error in zip(one.outputs, report["errors"], strict=True):
             self._asked.read.warn(
-                f"Material '{one.datablock}': {output.said} is baked to {report['size']} x "
-                f"{report['size']} pixels, which are off by {100 * error:.2g} % on average"
+                remark(
+                    thing("Material", one.datablock),
+                    f"{output.said} is baked to {report['size']} x {report['size']} pixels, "
+                    f"which are off by {100 * error:.2g} % on average",
+                )
             )

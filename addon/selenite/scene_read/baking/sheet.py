@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, cast
 import bpy
 import numpy as np
 
+from ...messages import thing
 from ...problems import BadInput, Problem
 from .. import hosts
 
@@ -74,7 +75,7 @@ class Stage:
         layer = mesh.uv_layers.new(name=UV_NAME, do_init=False)
         if layer is None:
             cause = "it has as many UV maps as Blender permits, so that none can be added to bake"
-            raise BadInput(Problem(f"Mesh '{mesh.name}'", cause, "remove a UV map"))
+            raise BadInput(Problem(thing("Mesh", mesh.name), cause, "remove a UV map"))
         mesh.uv_layers.active = layer
         inside = own is not None and uv.min(initial=0) >= -1e-5 and uv.max(initial=1) <= 1 + 1e-5
         _set_uv(mesh.uv_layers[UV_NAME], uv)

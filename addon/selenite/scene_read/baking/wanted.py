@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import bpy
 import numpy as np
 
+from ...messages import thing
 from ...problems import Problem
 from ..shaders import Shader
 from ..shading import nodes
@@ -107,7 +108,7 @@ class Baker:
                     name = min(wanted.instanced)[0]
                     cause = f"{output.said} differs between the instances of object '{name}'"
                     cure = "make the instances real (Object > Apply)"
-                    found.append(Problem(f"Material '{wanted.datablock}'", cause, cure))
+                    found.append(Problem(thing("Material", wanted.datablock), cause, cure))
         return found
 
 

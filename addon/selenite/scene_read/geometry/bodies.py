@@ -24,6 +24,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...messages import remark, thing
 from ...problems import Problem
 from ..closedness import Closedness, survey
 from ..values import BodyValues, MaterialValues, ObjectValues, SceneValues
@@ -100,7 +101,7 @@ def _need(material: MaterialValues) -> str:
 
 def _report(body: BodyValues, whole: Closedness, read: SceneValues) -> str:
     """Notes the problem or the warning and returns its text. `whole`: the mesh with all faces."""
-    found, title = body.found, f"Object '{body.object}'"
+    found, title = body.found, thing("Object", body.object)
     if body.need == "medium" and not found.encloses:
         cause = f"the medium of material '{body.material}' has no definite inside: {_faults(found)}"
         if whole.encloses:
@@ -110,24 +111,29 @@ def _report(body: BodyValues, whole: Closedness, read: SceneValues) -> str:
         read.problems.append(problem)
         return problem.line()
     if body.need == "medium" and found.nested:
-        text = (
-            f"{title}: {_count(found.nested, 'body', 'bodies')} inside another one with the medium "
-            f"of material '{body.material}', facing the same way: the medium is not doubled there "
-            "and ends where the inner one is left, as in Cycles; for a hollow turn the inner one "
-            "round (Mesh > Normals > Flip)"
+        text = remark(
+            title,
+            f"{_count(found.nested, 'body', 'bodies')} inside another one with the "
+            f"medium of material '{body.material}', facing the same way: the medium "
+            "is not doubled there and ends where the inner one is left, as in "
+            "Cycles; for a hollow turn the inner one round (Mesh > Normals > Flip)",
         )
     elif (body.need == "glass" and not found.encloses) or (
         body.need == "subsurface" and found.leaks
     ):
         light, faults, cure = _LIGHT[body.need], _faults(found), _cure(found, whole)
-        text = (
-            f"{title}: {light} of material '{body.material}' does not come out as from a closed "
-            f"body: {faults}; Cycles renders the same, but if a body is meant: {cure}"
+        text = remark(
+            title,
+            f"{light} of material '{body.material}' does not come out as from a "
+            f"closed body: {faults}; Cycles renders the same, but if a body is "
+            f"meant: {cure}",
         )
         if found.doubled_faces:
-            text = (
-                f"{title}: {light} of material '{body.material}' does not come out as from a "
-                f"closed body: {faults}; Cycles shows faces on top of others otherwise: {cure}"
+            text = remark(
+                title,
+                f"{light} of material '{body.material}' does not come out as from a "
+                f"closed body: {faults}; Cycles shows faces on top of others otherwise: "
+                f"{cure}",
             )
     else:
         return ""

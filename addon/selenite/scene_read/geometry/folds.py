@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...messages import remark, thing
 from ...problems import Problem
 from ..values import MeshValues, SceneValues
 from .overlaps import PARALLEL, ROUNDING, TURNED
@@ -30,11 +31,14 @@ def warn_of_folds(read: SceneValues) -> None:
                 f"{count} of its triangles lie on each other, which Cycles shows otherwise (with "
                 "shadows, or black)"
             )
-            read.problems.append(Problem(f"Mesh '{mesh.name}'", cause, _CURE))
+            read.problems.append(Problem(thing("Mesh", mesh.name), cause, _CURE))
         elif part > _LEAST:
             read.warn(
-                f"Mesh '{mesh.name}': {count} of its triangles lie on each other, which Cycles "
-                "shows otherwise (with shadows, or black): delete those that are too many"
+                remark(
+                    thing("Mesh", mesh.name),
+                    f"{count} of its triangles lie on each other, which Cycles shows "
+                    "otherwise (with shadows, or black): delete those that are too many",
+                )
             )
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
+from ...messages import remark, thing
 from ...problems import Problem
 from .. import hosts
 from ..values import MeshValues, SceneValues
@@ -92,7 +93,7 @@ def _triangles(
     if not _is_sound(mesh, corner_vertices):
         cause = "its faces name corners or vertices that it does not have"
         cure = "repair it (bpy.data.meshes[...].validate()) or delete it"
-        read.problems.append(Problem(f"Mesh '{evaluated.data.name}'", cause, cure))
+        read.problems.append(Problem(thing("Mesh", evaluated.data.name), cause, cure))
         return None
     check()
     mesh.calc_loop_triangles()
@@ -107,7 +108,7 @@ def _triangles(
     if hosts.has_free_normals(mesh) and _differ_in_length(normals):
         cause = "its custom normals differ in length, by which Cycles weights them"
         cure = "normalize them before the node Set Mesh Normal"
-        read.problems.append(Problem(f"Object '{evaluated.name}'", cause, cure))
+        read.problems.append(Problem(thing("Object", evaluated.name), cause, cure))
     check()
     uv_maps = hosts.corner_uv_maps(mesh, corners)
     colors = hosts.corner_colors(mesh, corners, vertices)
@@ -120,8 +121,11 @@ def _triangles(
     if not finite.all():
         good = finite[triangles].all(axis=1)
         read.warn(
-            f"Object '{evaluated.name}': {int((~good).sum())} triangles with vertices that are not "
-            "finite are left out, as in Cycles"
+            remark(
+                thing("Object", evaluated.name),
+                f"{int((~good).sum())} triangles with vertices that are not finite are "
+                "left out, as in Cycles",
+            )
         )
         positions = np.where(finite[:, None], positions, np.float32(0))
         triangles, slots, normals = triangles[good], slots[good], normals[good]

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import bpy
 
+from ...messages import remark, thing
 from ...problems import Problem
 from ..values import SceneValues
 
@@ -30,9 +31,11 @@ def is_read(evaluated: bpy.types.Object, original: bpy.types.Object, read: Scene
     """Whether an object that renders is one of those that are read; says so if it should be."""
     if evaluated.type in _READ:
         return True
-    title = f"Object '{original.name}'"
+    title = thing("Object", original.name)
     if evaluated.type in _DRAWN:
-        read.warn(f"{title}: Blender draws its strokes over the picture of Cycles; left out here")
+        read.warn(
+            remark(title, "Blender draws its strokes over the picture of Cycles; left out here")
+        )
     elif evaluated.type not in _NO_SURFACE and _has_points(evaluated):
         kind = evaluated.type.lower()
         default = f"objects of type {kind} are not read", "hide it from renders"
@@ -48,7 +51,7 @@ def judge_hair(evaluated: bpy.types.Object, read: SceneValues) -> None:
         system = modifier.particle_system
         settings = system.settings
         if settings.type == "HAIR" and settings.render_type == "PATH" and len(system.particles):
-            title = f"Object '{evaluated.original.name}'"
+            title = thing("Object", evaluated.original.name)
             cause = f"particle system '{system.name}' renders as hair, which is not read"
             _refuse(title, cause, "set Render As to None or to an object", read)
 
@@ -64,7 +67,7 @@ def judge_simulation(evaluated: bpy.types.Object, frame: int, read: SceneValues)
         shown = settings.type == "EMITTER" and settings.render_type in {"OBJECT", "COLLECTION"}
         moves = settings.physics_type != "NO" and frame > cache.frame_start
         if shown and moves and not cache.is_baked:
-            title = f"Object '{evaluated.original.name}'"
+            title = thing("Object", evaluated.original.name)
             cause = (
                 f"particle system '{system.name}' is simulated and not baked: Cycles may show "
                 "other places of its particles"
@@ -80,8 +83,11 @@ def judge_camera_nodes(original: bpy.types.Object, read: SceneValues) -> None:
         tree = getattr(modifier, "node_group", None)
         if tree is not None and _asks_for_camera(tree, set()):
             read.warn(
-                f"Object '{original.name}': modifier '{modifier.name}' depends on the active "
-                "camera; its geometry is that of the scene's camera in every photo"
+                remark(
+                    thing("Object", original.name),
+                    f"modifier '{modifier.name}' depends on the active camera; its geometry "
+                    "is that of the scene's camera in every photo",
+                )
             )
 
 

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...messages import thing
 from ...problems import Problem
 from ..closedness import survey
 from ..values import LightValues, MaterialValues, ObjectValues, SceneValues
@@ -161,11 +162,11 @@ def _surfaces(read: SceneValues) -> list[Surface]:
         if clouds.issuperset(item.materials):
             continue  # Volume objects have no faces, and add where they overlap
         mesh = read.meshes[item.mesh]
-        title = f"Object '{item.name}'"
+        title = thing("Object", item.name)
         found.append(Surface(title, item, mesh.positions, mesh.triangles, item.matrix))
     for lamp in read.lights:
         if lamp.kind == "AREA":
-            found.append(Surface(f"Light '{lamp.object}'", None, *_outline(lamp), lamp.matrix))
+            found.append(Surface(thing("Light", lamp.object), None, *_outline(lamp), lamp.matrix))
     return found
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import bpy
 
+from ...messages import remark
 from ...problems import Problem
 from ..baking.wanted import UV_NAME
 from ..shaders import ISLAND
@@ -98,4 +99,4 @@ def _judge_attribute(
         if problem not in read.problems:
             read.problems.append(problem)
     else:
-        read.warn(f"{title}: {asks}; it is taken as 0, as in Cycles")
+        read.warn(remark(title, f"{asks}; it is taken as 0, as in Cycles"))

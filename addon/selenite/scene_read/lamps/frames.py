@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
+from ...messages import thing
 from ...problems import Problem, listed
 from .. import camera as cameras
 from .. import hosts
@@ -155,9 +156,11 @@ def _differences(frame: int, here: _Seen, there: _Seen) -> list[Problem]:
     for name, shape in here.shapes.items():
         if there.shapes.get(name, shape) != shape:
             cause = f"its shape at frame {frame} is not that in the scene, and {only}"
-            problems.append(Problem(f"Object '{name}'", cause, "clear the animation of its shape"))
+            problems.append(
+                Problem(thing("Object", name), cause, "clear the animation of its shape")
+            )
     for name, lamp in there.lights.items():
-        title = f"Lamp '{name}'"
+        title = thing("Lamp", name)
         if name not in here.lights:
             cause = f"it renders at frame {frame} and not in the scene"
             cure = "let it render always, and say in the captures which lamps were on"

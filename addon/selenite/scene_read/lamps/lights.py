@@ -9,7 +9,8 @@ import bpy
 import numpy as np
 
 from ... import parameters
-from ...problems import Problem
+from ...messages import thing
+from ...problems import Problem, Reason
 from .. import hosts
 from ..shading import nodes
 from ..shading.graph.constants import fold
@@ -26,7 +27,7 @@ def read_light(
     light: bpy.types.Light, matrix: np.ndarray, name: str
 ) -> tuple[LightValues, Owner, list[Problem]]:
     """Reads an original lamp standing at `matrix` (4, 4): values, owner, problems."""
-    title = f"Light '{light.name}'"
+    title = thing("Light", light.name)
     library = light.library.filepath if light.library is not None else ""
     scale = hosts.light_scale(light)
     shape = _shape(light)
@@ -67,16 +68,16 @@ def is_portal(light: bpy.types.Light) -> bool:
     return light.type == "AREA" and bool(getattr(light.cycles, "is_portal", False))
 
 
-def why_fixed(light: bpy.types.Light, parameter: str) -> str:
+def why_fixed(light: bpy.types.Light, parameter: str) -> Reason:
     """Why `power` or `color` of a lamp cannot be written; empty if it can."""
     if light.library is not None:
-        return f"linked from library '{light.library.filepath}': make it local"
+        return Reason(f"linked from library '{light.library.filepath}'", "make it local")
     if not hosts.is_editable(light):
-        return "not editable: make it local"
+        return Reason("not editable", "make it local")
     if parameter == "color" and hosts.temperature_color(light) is not None:
-        return "the lamp uses a colour temperature: switch it off"
+        return Reason("the lamp uses a colour temperature", "switch it off")
     if parameter == "color" and light.use_nodes:
-        return "the lamp uses nodes: switch them off"
+        return Reason("the lamp uses nodes", "switch them off")
     return nodes.why_animated(light, "energy" if parameter == "power" else "color")
 
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import bpy
 
+from ...messages import thing
 from ...problems import Problem
 from .entry import Entry
 from .without_words import without_words
@@ -165,7 +166,7 @@ class GraphRender:
         if running:
             cause = f"Blender is busy ({running.lower().replace('_', ' ')}) and cannot evaluate it"
             cure = "wait until that has ended, or stop it"
-            self._busy = Problem(f"Scene '{scene.name}'", cause, cure)
+            self._busy = Problem(thing("Scene", scene.name), cause, cure)
             return
         layer = view_layer_of(scene)
         layer.update()  # what is pending reaches the user's handlers
@@ -212,7 +213,7 @@ class GraphRender:
         reason = self._reason or "no reason is given"
         cause = f"Blender does not evaluate it for a render ({reason})"
         cure = "render it once with Cycles to see what is in the way"
-        return Problem(f"Scene '{self._asked.scene.name}'", cause, cure)
+        return Problem(thing("Scene", self._asked.scene.name), cause, cure)
 
     def read(self, engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
         """Called by the engine."""
@@ -262,7 +263,7 @@ def _at_frame(engine: bpy.types.RenderEngine, scene: bpy.types.Scene, frame: int
 
 def remarks(scene: bpy.types.Scene) -> Iterator[str]:
     """Why a render of the scene can show another one than is read."""
-    title = f"Scene '{scene.name}'"
+    title = thing("Scene", scene.name)
     for kind in ("render_init", "render_pre"):
         for function in getattr(bpy.app.handlers, kind):
             name = f"{function.__module__}.{getattr(function, '__qualname__', function)}"

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, cast
 import bpy
 import numpy as np
 
+from ...messages import thing
 from ...problems import Problem
 from .. import hosts
 from . import file_alpha
@@ -44,7 +45,7 @@ class Pixels:
 
 def read_pixels(image: bpy.types.Image) -> Pixels:
     """Reads a file, a packed or a generated image. Raises Unreadable; changes nothing."""
-    title = f"Image '{image.name}'"
+    title = thing("Image", image.name)
     raw = _stored(image, title)
     if not np.isfinite(raw).all():
         raise Unreadable(title, "it contains NaN or infinite pixels", "repair the image")
@@ -111,7 +112,7 @@ def missing_in(tree: bpy.types.NodeTree) -> list[Problem]:
                 continue
             path = bpy.path.abspath(image.filepath, library=image.library)
             if any(output.is_linked for output in node.outputs) and not Path(path).is_file():
-                problem = _gone(image, f"Image '{image.name}'").problem
+                problem = _gone(image, thing("Image", image.name)).problem
                 found += [problem] if problem not in found else []
     return found
 

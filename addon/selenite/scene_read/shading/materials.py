@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import bpy
 
 from ... import parameters
+from ...messages import remark, thing
 from ...parameters import Parameter, Values
-from ...problems import Problem
+from ...problems import Problem, Reason
 from .. import hosts
 from ..baking.wanted import UV_NAME, WantedMaterial
 from ..values import MaterialValues, Owner
@@ -45,6 +46,9 @@ def grey_material(name: str, color: Values = (0.8, 0.8, 0.8)) -> MaterialValues:
     return MaterialValues(name, values, multi_ggx=True, flavour="v2")
 
 
+_IS_GRAPH = Reason("the surface is a graph of nodes", "name one of its inputs")
+
+
 def principled_of(material: bpy.types.Material) -> tuple[bpy.types.Node, Groups] | str:
     """The Principled BSDF that Cycles renders and the groups around it, or why there is none."""
     output = nodes.output_of(material.node_tree)
@@ -69,18 +73,18 @@ def _is_volume_alone(material: bpy.types.Material) -> bool:
     return _has_volume(material) and output.source("Surface").node is None
 
 
-def find_source(material: bpy.types.Material, parameter: Parameter) -> tuple[Source | None, str]:
+def find_source(material: bpy.types.Material, parameter: Parameter) -> tuple[Source | None, Reason]:
     """Where the value of `parameter` sits, and why it cannot be written ("" if it can)."""
     if not material.use_nodes or material.node_tree is None:
-        return None, "the material does not use nodes: switch on Use Nodes"
+        return None, Reason("the material does not use nodes", "switch on Use Nodes")
     if (parameter.owner, parameter.name) not in parameters.table():  # a constant of its graph
         source = graph_of(material, EmptyRoom()).sources.get(parameter.name)
         if source is None:
-            return None, "the node is gone or feeds nothing any more: undo its change"
+            return None, Reason("the node is gone or feeds nothing any more", "undo its change")
         return source, nodes.why_constant_fixed(source, material)
     found = principled_of(material)
     if isinstance(found, str):
-        return None, f"the material {found}"
+        return None, Reason(f"the material {found}")
     return _source(material, *found, parameter)
 
 
@@ -88,9 +92,9 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
     """Reads one original (not evaluated) material. Units are those of the sockets."""
     library = material.library.filepath if material.library is not None else ""
     table = parameters.of("material")
-    title = f"Material '{material.name}'"
+    title = thing("Material", material.name)
     if not material.use_nodes or material.node_tree is None:
-        reason = "the material does not use nodes: switch on Use Nodes"
+        reason = Reason("the material does not use nodes", "switch on Use Nodes")
         values = grey_material(name, tuple(material.diffuse_color[:3]))
         fixed = {parameter.name: reason for parameter in table}
         owner = Owner(name, "material", material.name, library, values.values, fixed)
@@ -98,7 +102,7 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
 
     if _is_volume_alone(material):
         fixed = {
-            parameter.name: "the material has no surface"
+            parameter.name: Reason("the material has no surface")
             for parameter in table
             if parameter.name not in volumes.PARAMETERS
         }
@@ -155,7 +159,7 @@ def graph_of(material: bpy.types.Material, room: TextureRoom, name: str = "") ->
     """The program of a material with nodes, or its problems; an empty one without an output. name:
     as in `read_material`."""
     output = nodes.output_of(material.node_tree)
-    tree = Tree(f"Material '{material.name}'", room, material_index=material.pass_index)
+    tree = Tree(thing("Material", material.name), room, material_index=material.pass_index)
     tree.baked_uv = UV_NAME + name
     if output is None:
         return tree
@@ -171,7 +175,7 @@ def graph_of(material: bpy.types.Material, room: TextureRoom, name: str = "") ->
 
 def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> MaterialRead:
     """A material whose surface is a graph of closures."""
-    title = f"Material '{material.name}'"
+    title = thing("Material", material.name)
     library = material.library.filepath if material.library is not None else ""
     values = MaterialValues(
         name,
@@ -200,7 +204,7 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
     read = MaterialRead(replace(values, shader=tree.shader), owner, problems, [], room)
     for parameter in parameters.of("material"):
         if parameter.name not in volumes.PARAMETERS:
-            owner.fixed[parameter.name] = "the surface is a graph of nodes: name one of its inputs"
+            owner.fixed[parameter.name] = _IS_GRAPH
     fixed = tree.shader.fixed_directions()
     for item in tree.shader.constants:
         owner.parameters[item.parameter.name] = item.parameter
@@ -208,11 +212,14 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
         source = tree.sources[item.parameter.name]
         reason = nodes.why_constant_fixed(source, material)
         if source.socket.node in tree.approximated:
-            reason = reason or "its shader is approximated: use one that is read"
-        reason = reason or fixed.get(item.parameter.name, "")
+            reason = reason or Reason("its shader is approximated", "use one that is read")
+        reason = reason or fixed.get(item.parameter.name, Reason())
         if item.parameter.name in tree.one_sided:
             reason = reason or (
-                "it leaves out a shader that cannot be rendered: set it between 0 and 1 to see why"
+                Reason(
+                    "it leaves out a shader that cannot be rendered",
+                    "set it between 0 and 1 to see why",
+                )
             )
         if reason:
             owner.fixed[item.parameter.name] = reason
@@ -227,15 +234,17 @@ def _plain(
 ) -> MaterialRead:
     """A diffuse material of the colour that the viewport shows, in place of one that is not read
     at all."""
-    title = f"Material '{material.name}'"
+    title = thing("Material", material.name)
     library = material.library.filepath if material.library is not None else ""
     assert room.approximations is not None  # noqa: S101 - the caller has asked
     cause = problems[0].cause
     room.approximations.append(
-        f"{title}: it is rendered as diffuse of its viewport colour and cannot be fitted: {cause}"
+        remark(
+            title, f"it is rendered as diffuse of its viewport colour and cannot be fitted: {cause}"
+        )
     )
     values = grey_material(name, tuple(material.diffuse_color[:3]))
-    reason = "the material is approximated: use nodes that are read"
+    reason = Reason("the material is approximated", "use nodes that are read")
     fixed = {parameter.name: reason for parameter in parameters.of("material")}
     owner = Owner(name, "material", material.name, library, values.values, fixed)
     return MaterialRead(values, owner, [], [], room)
@@ -243,21 +252,21 @@ def _plain(
 
 def _source(
     material: bpy.types.Material, node: bpy.types.Node, groups: Groups, parameter: Parameter
-) -> tuple[Source | None, str]:
+) -> tuple[Source | None, Reason]:
     socket = parameter.find(node)
     if socket is None:
-        return None, "this Blender's Principled BSDF has no such input"
+        return None, Reason("this Blender's Principled BSDF has no such input")
     if hosts.flavour() not in parameter.versions:
-        return None, "it is not modelled for this Blender's Principled BSDF"
+        return None, Reason("it is not modelled for this Blender's Principled BSDF")
     source = nodes.source_of(socket, groups)
     width = 3 if socket.type in {"RGBA", "VECTOR"} else 1
     if width != parameter.width:
         # Blender 3's Specular Tint, a number: rendered, though not fitted. It is 0 unless set.
-        reason = f"the input '{socket.name}' of this Blender is of another kind"
+        reason = Reason(f"the input '{socket.name}' of this Blender is of another kind")
         return (source if nodes.constant(source) is not None else None), reason
     reason = nodes.why_not_writable(source, material)
     if parameter.name == "base_color" and isinstance(source.node, bpy.types.ShaderNodeTexImage):
-        reason += ", or fit base_color_texture"
+        reason = Reason(reason.cause, f"{reason.cure}, or fit base_color_texture")
     return source, reason
 
 
@@ -275,7 +284,7 @@ def _read_parameter(
     if source is None:
         socket = parameter.find(node) if hosts.flavour() in parameter.versions else None
         if socket is not None:  # linked
-            read.warnings.append(f"{title}: input '{socket.name}' is left out: {reason}")
+            read.warnings.append(remark(title, f"input '{socket.name}' is left out: {reason}"))
             read.owner.values[parameter.name] = (0.0,) * parameter.width
         return
     label = parameter.find(node).name
@@ -316,7 +325,7 @@ def _read_map(
     read.values.values[parameter.name] = textures.typical_value(parameter, found)
     excess = textures.excess(parameter, found)
     if excess:
-        read.warnings.append(f"{title}: input '{label}': {excess}")
+        read.warnings.append(remark(title, f"input '{label}': {excess}"))
 
 
 def _read_volume(material: bpy.types.Material, title: str, read: MaterialRead) -> None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ...parameters import Values
-from ...problems import Problem
+from ...problems import Problem, Reason
 from .. import hosts
 from ..values import LUMINANCE
 
@@ -251,7 +251,7 @@ def describe(node: bpy.types.Node) -> str:
     return f"node '{node.label or node.name}' ({node.bl_label})"
 
 
-def why_not_writable(source: Source, owner: bpy.types.ID) -> str:
+def why_not_writable(source: Source, owner: bpy.types.ID) -> Reason:
     """Why a value cannot be written to `source`; empty if it can.
 
     `owner` is the material or world that the node tree belongs to.
@@ -259,54 +259,58 @@ def why_not_writable(source: Source, owner: bpy.types.ID) -> str:
     if reason := why_owner_fixed(owner):
         return reason
     if source.node is not None:
-        return f"linked to {describe(source.node)}: unlink it to fit one value"
+        return Reason(f"linked to {describe(source.node)}", "unlink it to fit one value")
     if source.unset:
-        return f"fed by socket '{source.socket.name}', which passes on nothing: unlink it"
+        return Reason(f"fed by socket '{source.socket.name}', which passes on nothing", "unlink it")
     if source.conversion:
-        return f"converted by {source.conversion}: link it through sockets of its own type"
+        return Reason(
+            f"converted by {source.conversion}", "link it through sockets of its own type"
+        )
     return why_constant_fixed(source, owner)
 
 
-def why_constant_fixed(source: Source, owner: bpy.types.ID) -> str:
+def why_constant_fixed(source: Source, owner: bpy.types.ID) -> Reason:
     """As `why_not_writable`, for what follows in the graph is computed: a node of one value, a stop
     and a conversion do no harm."""
     if reason := why_owner_fixed(owner):
         return reason
     if source.socket.type in {"INT", "BOOLEAN"}:
-        return f"held by socket '{source.socket.name}' of whole numbers: unlink it"
+        return Reason(f"held by socket '{source.socket.name}' of whole numbers", "unlink it")
     tree = source.socket.id_data
     holder, name = source.place
     fixed = why_tree_fixed(tree, source.groups, owner)
     return fixed or why_animated(tree, holder.path_from_id(name))
 
 
-def why_tree_fixed(tree: bpy.types.ID, groups: Groups, owner: bpy.types.ID) -> str:
+def why_tree_fixed(tree: bpy.types.ID, groups: Groups, owner: bpy.types.ID) -> Reason:
     """Why the nodes of `tree`, inside `groups`, cannot be changed for `owner` alone; empty if they
     can."""
     if reason := why_owner_fixed(owner):
         return reason
     if tree.library is not None:
-        return f"inside node group '{tree.name}' of a library: make the group local"
+        return Reason(f"inside node group '{tree.name}' of a library", "make the group local")
     return why_shared(groups)
 
 
-def why_owner_fixed(owner: bpy.types.ID) -> str:
+def why_owner_fixed(owner: bpy.types.ID) -> Reason:
     """Why no node of a material or world can be edited; empty if they can."""
     if owner.library is not None:
-        return f"linked from library '{owner.library.filepath}': make it local"
+        return Reason(f"linked from library '{owner.library.filepath}'", "make it local")
     if owner.override_library is not None or not hosts.is_editable(owner):
-        return "a library override, whose nodes cannot be edited: make it local"
-    return ""
+        return Reason("a library override, whose nodes cannot be edited", "make it local")
+    return Reason()
 
 
-def why_shared(groups: Groups) -> str:
+def why_shared(groups: Groups) -> Reason:
     """Why what is inside `groups` belongs to more than one place; empty if it does not."""
     for group in groups:
         tree = group.node_tree
         uses = hosts.group_uses(tree)
         if uses > 1:
-            return f"inside node group '{tree.name}', which has {uses} users: make it single-user"
-    return ""
+            return Reason(
+                f"inside node group '{tree.name}', which has {uses} users", "make it single-user"
+            )
+    return Reason()
 
 
 def _width(socket: bpy.types.NodeSocket) -> int:
@@ -314,13 +318,13 @@ def _width(socket: bpy.types.NodeSocket) -> int:
     return {"float": 1, "int": -1, "vector": 3, "color": 3}.get(_KINDS.get(socket.type, ""), 0)
 
 
-def why_animated(block: bpy.types.ID, path: str) -> str:
+def why_animated(block: bpy.types.ID, path: str) -> Reason:
     """Why the value at `path` of `block` does not keep what is written; empty if it does."""
     for kind, animated in hosts.animated_paths(block):
         if animated == path:
             cure = "remove the driver" if kind == "driven" else "clear its keyframes"
-            return f"{kind}: {cure}"
-    return ""
+            return Reason(kind, cure)
+    return Reason()
 
 
 def _by_identifier(

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import bpy
 import numpy as np
 
+from ...messages import remark, thing
 from ...parameters import Parameter
 from ..baking.wanted import Baker
 from ..shaders import STANDARD
@@ -131,8 +132,12 @@ class TextureRoom:
             self.pixels[name] = images.read_pixels(image)
             if images.is_stale(image):
                 self.warnings.append(
-                    f"Image '{image.name}' has changes that are not saved: they are rendered here, "
-                    "but Cycles reads the file"
+                    remark(
+                        thing("Image", image.name),
+                        "has changes that are not saved: they are rendered here, but Cycles "
+                        "reads the file",
+                        " ",
+                    )
                 )
         pixels = self.pixels[name]
         # Where nobody asks for alpha, Cycles leaves the colours multiplied by it. (Outside a

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import bpy
 
 from ...parameters import Parameter, Values
+from ...problems import Reason
 from . import nodes
 from .nodes import Groups, Source, Unreadable
 
@@ -158,25 +159,29 @@ _READERS: dict[str, Callable[[bpy.types.Node, Groups, str], Coefficients]] = {
 }
 
 
-def find_node(material: bpy.types.Material) -> tuple[Source | None, str]:
+def find_node(material: bpy.types.Material) -> tuple[Source | None, Reason]:
     """The volume node that can hold any medium, and why there is none ("" if there is)."""
     output = nodes.output_of(material.node_tree)
     if output is None:
-        return None, "the material has no Material Output node for Cycles"
+        return None, Reason("the material has no Material Output node for Cycles")
     source = output.source("Volume")
     if source.node is None:
-        return None, "there is no medium: link a Principled Volume to the Volume of the output"
+        return None, Reason(
+            "there is no medium", "link a Principled Volume to the Volume of the output"
+        )
     if source.node.bl_idname not in _SOCKETS:
         return None, (
-            f"{nodes.describe(source.node)} cannot hold every medium: use a Principled Volume"
+            Reason(
+                f"{nodes.describe(source.node)} cannot hold every medium", "use a Principled Volume"
+            )
         )
     for name in _SOCKETS[source.node.bl_idname]:
         reason = nodes.why_not_writable(
             nodes.source_of(source.node.inputs[name], source.groups), material
         )
         if reason:
-            return None, f"input '{name}' is {reason}"
-    return source, ""
+            return None, reason.after(f"input '{name}' is ")
+    return source, Reason()
 
 
 _SOCKETS = {

@@ -12,8 +12,9 @@ import bpy
 import numpy as np
 
 from ... import parameters
+from ...messages import remark, thing
 from ...parameters import Values
-from ...problems import Problem
+from ...problems import Problem, Reason
 from ..values import BackdropValues, Owner, WorldValues
 from . import images, nodes, panorama
 from .coordinates import read_coordinates
@@ -26,7 +27,7 @@ ENVIRONMENT = "environment"
 ROTATION = "rotation"
 _FORWARD = ("POINT", "VECTOR")
 _CURE = "use a Background node with a colour or an equirectangular Environment Texture"
-_NOTHING = "nothing is linked to the Surface of the world's output: link a Background"
+_NOTHING = Reason("nothing is linked to the Surface of the world's output", "link a Background")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +42,7 @@ def evaluate(scene: bpy.types.Scene, world: bpy.types.World | None) -> Evaluated
     """What `read_world` needs. It renders: nothing else may render meanwhile."""
     if world is None or not world.use_nodes or world.node_tree is None:
         return Evaluated()
-    title = f"World '{world.name}'"
+    title = thing("World", world.name)
     if _is_empty(world):
         return Evaluated()
     try:
@@ -60,7 +61,7 @@ def read_world(
     """Values, owner, problems, warnings. Without a world the background is black."""
     if world is None:
         return WorldValues(), None, [], []
-    title = f"World '{world.name}'"
+    title = thing("World", world.name)
     library = world.library.filepath if world.library is not None else ""
     owner = Owner(WORLD, "world", world.name, library, {}, {})
     warnings: list[str] = []
@@ -73,7 +74,8 @@ def read_world(
             raise Unreadable(*_parts(evaluated.problem))
         values = _read(world, title, evaluated.panoramas, warnings)
     except Unreadable as error:
-        owner.fixed.update({row.name: error.problem.cause for row in parameters.of("world")})
+        reason = Reason(error.problem.cause)
+        owner.fixed.update({row.name: reason for row in parameters.of("world")})
         return WorldValues(), owner, [error.problem], warnings
     problems = []
     for parameter in parameters.of("world"):
@@ -98,7 +100,7 @@ def read_world(
 
 def find_source(
     world: bpy.types.World, parameter: parameters.Parameter
-) -> tuple[Source | None, str]:
+) -> tuple[Source | None, Reason]:
     """Where strength or colour of the world sits, and why it cannot be written ("" if it can)."""
     background, reason = _found_background(world)
     if background is None:
@@ -108,7 +110,7 @@ def find_source(
     return source, nodes.why_not_writable(source, world)
 
 
-def find_inlet(world: bpy.types.World) -> tuple[bpy.types.NodeSocket | None, str]:
+def find_inlet(world: bpy.types.World) -> tuple[bpy.types.NodeSocket | None, Reason]:
     """The Color of the Background, to which an image can be linked, and why none can ("" if one
     can)."""
     background, reason = _found_background(world)
@@ -135,7 +137,7 @@ class RotationPlace:
         return math.remainder(float(self.socket.default_value[2]), 2 * math.pi)
 
 
-def find_rotation(world: bpy.types.World) -> tuple[RotationPlace | None, str]:
+def find_rotation(world: bpy.types.World) -> tuple[RotationPlace | None, Reason]:
     """Where the image's rotation can be written, and why it cannot ("" if it can)."""
     socket, reason = find_inlet(world)
     if socket is None or reason:
@@ -143,7 +145,9 @@ def find_rotation(world: bpy.types.World) -> tuple[RotationPlace | None, str]:
     source = nodes.source_of(socket)
     texture = source.node
     if not isinstance(texture, bpy.types.ShaderNodeTexEnvironment):
-        return None, "the world has no image: give it an Environment Texture with a panorama"
+        return None, Reason(
+            "the world has no image", "give it an Environment Texture with a panorama"
+        )
     if reason := _why_not_rotated(world):
         return None, reason
     if reason := nodes.why_tree_fixed(texture.id_data, source.groups, world):
@@ -156,37 +160,37 @@ def find_rotation(world: bpy.types.World) -> tuple[RotationPlace | None, str]:
         rotation = nodes.source_of(mapping.inputs["Rotation"], before.groups)
         plain = rotation.node is None and rotation.socket == mapping.inputs["Rotation"]
         if plain and not before.conversion and not nodes.why_not_writable(rotation, world):
-            return RotationPlace(inlet, rotation.socket), ""
-    return RotationPlace(inlet, None), ""
+            return RotationPlace(inlet, rotation.socket), Reason()
+    return RotationPlace(inlet, None), Reason()
 
 
-def _why_not_rotated(world: bpy.types.World) -> str:
+def _why_not_rotated(world: bpy.types.World) -> Reason:
     """Why the image of its lone background does not turn by itself; empty if it does."""
     try:
-        light, *others = _views(world, f"World '{world.name}'")
+        light, *others = _views(world, thing("World", world.name))
     except Unreadable as error:
-        return error.problem.cause
+        return Reason(error.problem.cause)
     if light.image is None:
-        return "its image is evaluated by Cycles together with other nodes: link it alone"
+        return Reason("its image is evaluated by Cycles together with other nodes", "link it alone")
     if any(view.color is None for view in others):
-        return f"{others[0].rays.name} see another image: give them a colour"
-    return ""
+        return Reason(f"{others[0].rays.name} see another image", "give them a colour")
+    return Reason()
 
 
-def _found_background(world: bpy.types.World) -> tuple[Source | None, str]:
+def _found_background(world: bpy.types.World) -> tuple[Source | None, Reason]:
     """The shader whose Color and Strength light the scene; None where there is none, and why."""
     if not world.use_nodes or world.node_tree is None:
-        return None, "the world does not use nodes: switch on Use Nodes"
+        return None, Reason("the world does not use nodes", "switch on Use Nodes")
     if _is_empty(world):
         return None, _NOTHING
     try:
-        source = panorama.surface_of(_output(world, f"World '{world.name}'"), LIGHT)
+        source = panorama.surface_of(_output(world, thing("World", world.name)), LIGHT)
     except Unreadable as error:
-        return None, error.problem.cause
+        return None, Reason(error.problem.cause)
     if not panorama.is_background(source):
         what = nodes.describe(source.node) if source.node is not None else "empty"
-        return None, f"its surface is {what}: use one Background node"
-    return source, ""
+        return None, Reason(f"its surface is {what}", "use one Background node")
+    return source, Reason()
 
 
 def _output(world: bpy.types.World, title: str) -> Output:
@@ -348,10 +352,12 @@ def _shown(
     width, height = seen.size
     size = f"{width} x {height} pixels"
     if view.rays == LIGHT:
-        warnings.append(f"{title}: its nodes are evaluated by Cycles to a panorama of {size}")
+        warnings.append(remark(title, f"its nodes are evaluated by Cycles to a panorama of {size}"))
     else:
         rays = view.rays.name
-        warnings.append(f"{title}: Cycles evaluates what {rays} see of it to a panorama of {size}")
+        warnings.append(
+            remark(title, f"Cycles evaluates what {rays} see of it to a panorama of {size}")
+        )
     return BackdropValues(kinds, seen.pixels, np.eye(3), False, seen.sun)
 
 
@@ -362,12 +368,12 @@ def _environment_image(
     image = node.image
     if image is None:
         raise Unreadable(title, "its Environment Texture has no image", "choose an image")
-    title = f"Image '{image.name}'"
+    title = thing("Image", image.name)
     pixels = images.read_pixels(image)
     if pixels.encoded:
-        warnings.append(f"{title}: sRGB environment, decoded before it is interpolated")
+        warnings.append(remark(title, "sRGB environment, decoded before it is interpolated"))
     if node.interpolation != "Linear":
-        warnings.append(f"{title}: interpolated linearly, not by {node.interpolation}")
+        warnings.append(remark(title, f"interpolated linearly, not by {node.interpolation}"))
     color = np.ascontiguousarray(pixels.decoded(), np.float32)
     if not np.isfinite(color).all():
         raise Unreadable(title, "its pixels are infinite once they are decoded", "repair the image")

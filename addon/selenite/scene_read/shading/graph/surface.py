@@ -9,6 +9,7 @@ from functools import lru_cache
 import bpy
 
 from .... import native
+from ....messages import control, joined, phrase
 from ....parameters import Parameter, row_of
 from ... import hosts
 from ...shaders import Closure, Register
@@ -16,7 +17,7 @@ from .. import nodes
 from ..nodes import Groups, Source
 from . import arithmetic, colors, images, inputs, normals, textures, vectors  # noqa: F401 - makers
 from .tangents import tangent_of
-from .tree import OPTION_APPROXIMATE, Tree
+from .tree import Tree
 
 Node = bpy.types.Node
 
@@ -67,7 +68,10 @@ _STRETCHES = {
     "conductor": "anisotropy",
 }
 #: The cure of what the nearest shader can stand for.
-APPROXIMATE = f"or let the nearest shader stand for it: {OPTION_APPROXIMATE}"
+APPROXIMATE = phrase(
+    "or let the nearest shader stand for it: {approximate}",
+    approximate=control("approximate", "--approximate"),
+)
 
 
 @lru_cache(maxsize=1)
@@ -203,7 +207,7 @@ def _closure(tree: Tree, item: _Found) -> Closure | None:
     if kind is None and tree.room.approximations is not None:
         return _nearest(tree, item)
     if kind is None:
-        tree.refuse(node, "{} is a shader that is not modelled", f"{_CURE}; {APPROXIMATE}")
+        tree.refuse(node, "{} is a shader that is not modelled", joined("; ", (_CURE, APPROXIMATE)))
         return None
     known = len(tree.problems)
     _judge(tree, node, groups)

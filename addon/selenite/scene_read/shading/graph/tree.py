@@ -10,6 +10,7 @@ from typing import Any
 
 import bpy
 
+from ....messages import Message, control, joined, phrase
 from ....parameters import Parameter, Values
 from ....problems import Problem
 from ...baking import dependence
@@ -37,10 +38,12 @@ def maker(*names: str) -> Callable[[Maker], Maker]:
     return add
 
 
-OPTION_BAKE, OPTION_APPROXIMATE = "--bake", "--approximate"
 #: Cures of what can be baked, and of an image that is missing.
-BAKE = f"or let Cycles bake it: {OPTION_BAKE}"
-MAGENTA = f"or render it magenta as Cycles does: {OPTION_APPROXIMATE}"
+BAKE = phrase("or let Cycles bake it: {bake}", bake=control("bake", "--bake"))
+MAGENTA = phrase(
+    "or render it magenta as Cycles does: {approximate}",
+    approximate=control("approximate", "--approximate"),
+)
 
 # Each holds one kind of thing, which who copies it need not know.
 _List = list[Any]
@@ -357,9 +360,10 @@ def offered(problem: Problem, source: Source) -> Problem:
         words = MAGENTA
     elif dependence.can_be_baked(node, source.socket, source.groups):
         words = BAKE
-    if not words or problem.cure.endswith((BAKE, MAGENTA)):
+    said = problem.cure.arguments.values() if isinstance(problem.cure, Message) else ()
+    if not words or BAKE in said or MAGENTA in said:
         return problem
-    return replace(problem, cure=f"{problem.cure}; {words}")
+    return replace(problem, cure=joined("; ", (problem.cure, words)))
 
 
 def _is_moved(node: bpy.types.Node) -> bool:
