@@ -72,9 +72,10 @@ def phrase(english: str, /, **arguments: object) -> str:
 
 
 def joined(separator: str, parts: Iterable[str]) -> str:
-    """As `separator.join`, with messages among the parts."""
+    """As `separator.join`, with messages among the parts; the separator may be one too."""
     found = {f"part{at}": part for at, part in enumerate(parts)}
-    return Message("", separator.join(f"{{{name}}}" for name in found), found)
+    english = "{separator}".join(f"{{{name}}}" for name in found)
+    return Message("", english, found | {"separator": separator})
 
 
 def rendered(text: object, template_of: Callable[[str], str | None]) -> str:
@@ -95,10 +96,10 @@ def packed(texts: Iterable[str]) -> str:
 def unpacked(text: str) -> list[str]:
     """What `packed` was given; the text itself where an earlier version has written it."""
     try:
-        found = json.loads(text) if text else []
-    except ValueError:
+        found = json.loads(text)
+        return [_text(item) for item in found]
+    except (ValueError, TypeError, AttributeError, LookupError):
         return text.splitlines()
-    return [_text(item) for item in found] if isinstance(found, list) else text.splitlines()
 
 
 def _plain(text: object) -> object:

@@ -135,3 +135,15 @@ def test_what_a_problem_is_about_is_known_without_its_text() -> None:
     assert thing("Camera", "it's 'left'") == "Camera 'it's 'left''"
     assert named(thing("Camera", "it's 'left'")) == ("camera", "it's 'left'")
     assert named("Camera 'Front'") == ("", "")
+
+
+def test_a_separator_may_be_a_message_and_may_have_braces() -> None:
+    said = joined(message("or", " or "), ("A", message("left", "left")))
+    assert said == "A or left"
+    assert rendered(said, {"or": " oder ", "left": "links"}.get) == "A oder links"
+    assert joined("{}", ("a", "b")) == "a{}b"
+
+
+@pytest.mark.parametrize("text", ['[["a"]]', "[1", '["a", ["b", "{x}", {}]]', "3", "null"])
+def test_a_property_with_anything_in_it_is_its_text(text: str) -> None:
+    assert unpacked(text) == [text]

@@ -11,7 +11,7 @@ import bpy
 from ..capture.scene_captures import ids_of
 from ..cycles_check.render_settings import Contents, remarks
 from ..fit.job import DESCENT
-from ..messages import message
+from ..messages import joined, message
 from . import state, warning_rows
 from .captures import lights as capture_lights
 from .captures import photo as capture_photo
@@ -256,7 +256,9 @@ def _draw_running(layout: bpy.types.UILayout, context: bpy.types.Context) -> Non
 def _draw_staging(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """The stages that were chosen for the run, and why."""
     if state.RUN.plan is not None and state.RUN.plan.request.staging:
-        paragraph(layout, context, f"Stages: {state.RUN.plan.request.staging}")
+        paragraph(
+            layout, context, joined(": ", (translated("Stages"), state.RUN.plan.request.staging))
+        )
 
 
 def _draw_notes(

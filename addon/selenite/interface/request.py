@@ -22,6 +22,7 @@ from .furniture.preferences import preferences
 from .rows import fields as field_rows
 from .rows.labels import label_of, tip_of, unit_text
 from .rows.owners import active_owner, refresh_owners
+from .texts import shown
 
 #: Of the panel, in its order; the rate is each row's.
 FIT_SETTINGS = tuple(field.name for field in fields(FitSettings) if field.name != "learning_rate")
@@ -150,7 +151,9 @@ def show_current(
         row.current = current
     if current is not None and row.parameter == "extinction":
         path = mean_free_path.of(current, millimetres)
-        row.note = message("request.mean-free-path", "Mean free path {text}", text=path.text())
+        row.note = shown(
+            message("request.mean-free-path", "Mean free path {text}", text=path.text())
+        )
 
 
 def _choose_row(settings: bpy.types.PropertyGroup) -> None:

@@ -12,13 +12,14 @@ import bpy
 
 from ..advice.information.job import BackgroundJob, Work
 from ..fit.job import FitFailed
+from ..messages import joined
 from ..native import NativeUnavailable
 from ..problems import BadInput
 from ..scene_read.reading.job import ReadingJob
 from ..scene_read.reading.render_depsgraph import Reading, Stopped, at_once
 from .problem_reports import report_problems
 from .state import ENDING, READING, Background, is_idle
-from .texts import announce, shown
+from .texts import announce, shown, translated
 
 T = TypeVar("T")
 #: Events that change nothing but the view, while a scene is being read.
@@ -190,7 +191,7 @@ class WorksInThread(ReadsScene, bpy.types.Operator):
         except BadInput as error:
             report_problems(self, error)
         except (FitFailed, OSError, ValueError, RuntimeError) as error:
-            announce(self, {"ERROR"}, f"{self.failure}: {error}")
+            announce(self, {"ERROR"}, joined(": ", (translated(self.failure), str(error))))
         finally:
             redraw(context)
         return {"CANCELLED"}

@@ -142,8 +142,15 @@ class SELENITE_OT_load_photos(bpy.types.Operator):
                 ),
             )
         if rest:
-            text = "have no camera of their name; choose it in the list"
-            announce(self, {"WARNING"}, f"{len(rest)} photos {text}")
+            announce(
+                self,
+                {"WARNING"},
+                message(
+                    "operators.no-camera-of-name",
+                    "{count} photos have no camera of their name; choose it in the list",
+                    count=len(rest),
+                ),
+            )
         elif not failed:
             announce(
                 self,

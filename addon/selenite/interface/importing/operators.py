@@ -11,12 +11,12 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 from ...importers import to_blender, undistorted
 from ...importers.plan import ImportRequest, make_plan
 from ...importers.sources import read_any
-from ...messages import message, thing
+from ...messages import joined, message, thing
 from ...native import NativeUnavailable
 from ...paths import MISSING, absolute, is_there
 from ...problems import BadInput, Problem
 from ..problem_reports import report_problems
-from ..texts import announce
+from ..texts import announce, translated
 
 #: Of files that can be dropped: all but those of meshes, which Blender's own importers take.
 _ENDINGS = ".xml;.x3d;.x3dz;.json;.out;.xmp;.csv;.bin;.txt"
@@ -97,8 +97,9 @@ class SELENITE_OT_import_reconstruction(bpy.types.Operator):
             count=len(made.cameras),
             captures=made.captures,
         )
-        meshes = ", ".join(f"'{item.name}'" for item in made.meshes) or "no mesh"
-        announce(self, {"INFO"}, f"'{made.collection.name}': {counts}; {meshes}")
+        meshes = ", ".join(f"'{item.name}'" for item in made.meshes) or translated("no mesh")
+        title = f"'{made.collection.name}'"
+        announce(self, {"INFO"}, joined(": ", (title, joined("; ", (counts, meshes)))))
         return {"FINISHED"}
 
     def _request(self, scene: bpy.types.Scene) -> ImportRequest:

@@ -20,7 +20,7 @@ from ...fit.overall import Overall
 from ...fit.plan import prepare
 from ...fit.request import RunRequest
 from ...fit.staging.request import AUTO
-from ...messages import message
+from ...messages import message, phrase
 from ...problems import BadInput
 from ...report.results import new_folder
 from ...scene_read.geometry.bodies import judge_bodies
@@ -40,7 +40,7 @@ from ..result.kept import keep_fields, keep_result
 from ..running.recorder import BackgroundRecorder
 from ..running.work import Finishing, Preparing
 from ..state import CANCELLED, CHECK, PROBLEMS, RUN, STAGES, remember, remember_plan
-from ..texts import announce
+from ..texts import announce, translated
 from ..ticking import HARMLESS, Ticking, built, redraw, show_status
 
 #: Name of a StopReason -> what the head says of a fit that has ended well.
@@ -331,8 +331,9 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
                 "Cannot write the fitted grids and images to '{folder}'",
                 folder=output_folder(scene),
             )
-            cure = "choose another folder below and save the result"
-            announce(self, {"ERROR"}, f"{text}: {last.work.trouble}; {cure}")
+            cure = translated("choose another folder below and save the result")
+            said = phrase("{text}: {why}; {cure}", text=text, why=last.work.trouble, cure=cure)
+            announce(self, {"ERROR"}, said)
         VIEW.wake()  # small pictures of the result
         redraw(context)
         notify(self, scene)

@@ -13,7 +13,7 @@ from ...capture.prepared import Capture
 from ...capture.scene_captures import packed_photos
 from ...fit.capture_render import as_found, like
 from ...fit.request import RunRequest, UnknownRequest
-from ...messages import message
+from ...messages import joined, message, thing
 from ...parameters import Values
 from ...scene_read.camera import named_cameras
 from ...scene_read.geometry.bodies import judge_bodies
@@ -70,7 +70,7 @@ class SELENITE_OT_suggest_camera(WorksInThread):
             return {"CANCELLED"}
         name = _show(scene, work)
         NEXT.lines = report.advice(work)
-        announce(self, {"INFO"}, f"Camera '{name}'. {'. '.join(NEXT.lines)}")
+        announce(self, {"INFO"}, joined(". ", (thing("Camera", name), *NEXT.lines)))
         return {"FINISHED"}
 
 

@@ -9,6 +9,7 @@ import bpy
 
 from ...advice.information.world_rotation import RotationSearch, said
 from ...capture.scene_captures import captures_of, packed_photos
+from ...messages import joined
 from ...problems import BadInput
 from ...scene_read.reading.render_depsgraph import Reading
 from ...scene_read.scene import reading
@@ -51,7 +52,7 @@ class SELENITE_OT_rotate_environment(WorksInThread):
             return {"CANCELLED"}
         done = environments.rotate(scene, work.values, work.result.angle, work.strength)
         ROTATION.lines = [*work.warnings, *said(work)]
-        announce(self, {"INFO"}, f"{done}; {ROTATION.lines[-1]}")
+        announce(self, {"INFO"}, joined("; ", (done, ROTATION.lines[-1])))
         return {"FINISHED"}
 
 

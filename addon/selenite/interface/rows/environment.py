@@ -19,6 +19,7 @@ from ...fit.request import UnknownRequest
 from ...fit.settings import FitSettings
 from ...problems import BadInput
 from ...scene_read.values import Owner, SceneValues
+from .. import texts
 from .starts import chosen_file
 
 PROJECTION_ITEMS = (
@@ -55,7 +56,9 @@ def describe(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner) ->
         request = UnknownRequest(owner.name, NAME, grid=str(LEAST_SIZE))
         environment_unknown(values, request, [], FitSettings(), "")
     except BadInput as error:
-        row.reason = "; ".join(f"{item.cause}: {item.cure}" for item in error.problems)
+        row.reason = "; ".join(
+            f"{texts.shown(item.cause)}: {texts.shown(item.cure)}" for item in error.problems
+        )
 
 
 def reset(row: bpy.types.PropertyGroup, values: SceneValues) -> None:

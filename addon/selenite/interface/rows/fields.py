@@ -28,6 +28,7 @@ from ...scene_read.values import GridValues, MaterialValues, Owner, SceneValues
 from ...write_back import environments
 from ...write_back import grids as grid_objects
 from ...write_back import images as image_nodes
+from .. import texts
 from . import environment as environment_rows
 from .starts import chosen_file
 
@@ -240,5 +241,7 @@ def _why_not(values: SceneValues, owner: Owner, parameter: str) -> str:
     try:
         image_unknown(values, request, FitSettings(), "")
     except BadInput as error:
-        return "; ".join(f"{item.cause}: {item.cure}" for item in error.problems)
+        return "; ".join(
+            f"{texts.shown(item.cause)}: {texts.shown(item.cure)}" for item in error.problems
+        )
     return ""
