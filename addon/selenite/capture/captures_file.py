@@ -3,17 +3,19 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
 from pathlib import Path
 
 from ..json_text import read_json
 from ..paths import MISSING, why_not_file
 from ..problems import BadInput, Problem, choice
 from .lamp_table import LampTable
-from .request import PACKED, CaptureRequest
+from .request import PROPERTIES, CaptureRequest, values_from_json
 
 SCHEMA = 1
-_KEYS = ("captures", "schema")
+_KEYS = ("captures", "defaults", "schema")
+#: What no two captures share.
+_OWN = ("id", "photo")
+_CURE = "correct it; docs/guide/captures.md lists the keys"
 
 
 def read_captures_file(path: Path) -> tuple[CaptureRequest, ...]:
@@ -39,28 +41,53 @@ def read_captures_file(path: Path) -> tuple[CaptureRequest, ...]:
     if not isinstance(items, list) or not items:
         cause = "its 'captures' are no list with at least one object"
         raise BadInput(Problem(title, cause, "list one object for each photo"))
+    defaults = _defaults(title, data.get("defaults"))
     found, problems = [], []
     tables: dict[str, LampTable] = {}
     for number, item in enumerate(items, 1):
         try:
             if not isinstance(item, dict):
                 raise ValueError(f"it is {item!r}, not an object")  # noqa: TRY301 - joins the others
-            item = _with_table(item, path.parent, tables)
-            found.append(_from_here(CaptureRequest.from_json(item), path.parent))
+            item = _with_table(defaults | item, path.parent, tables)
+            request = CaptureRequest.from_json(item)
+            found.append(request.moved(lambda name: str(path.parent / name)))
         except ValueError as error:
-            cure = "correct it; docs/guide/captures.md lists the keys"
-            problems.append(Problem(f"{title}, photo {number}", str(error), cure))
+            problems.append(Problem(f"{title}, photo {number}", str(error), _CURE))
     if problems:
         raise BadInput(problems)
     return tuple(found)
 
 
+def _defaults(title: str, values: object) -> dict[str, object]:
+    """What captures say that do not say it themselves. Raises BadInput."""
+    title = f"{title}, defaults"
+    if values is None:
+        return {}
+    if not isinstance(values, dict):
+        cause = f"they are {values!r}, not an object"
+        raise BadInput(Problem(title, cause, "give an object with keys of a capture"))
+    if own := [key for key in _OWN if key in values]:
+        cause = f"its key '{own[0]}' differs from capture to capture"
+        raise BadInput(Problem(title, cause, "write it into each object of 'captures'"))
+    try:
+        values_from_json(
+            {key: {} if _is_table(key, value) else value for key, value in values.items()}
+        )
+    except ValueError as error:
+        raise BadInput(Problem(title, str(error), _CURE)) from error
+    return values
+
+
+def _is_table(key: str, value: object) -> bool:
+    """Whether lamps have their places from the file of a table."""
+    return key == "transforms" and isinstance(value, str)
+
+
 def _unknown(title: str, key: str) -> Problem:
-    """A key beside the captures. What holds for all of them stands in each, or on the command
-    line."""
-    if key in {item.name for item in fields(CaptureRequest)}:
+    """A key beside the captures."""
+    if key in {item.name for item in PROPERTIES}:
         cause = f"its key '{key}' belongs into its captures"
-        return Problem(title, cause, "write it into each object of 'captures'")
+        return Problem(title, cause, "write it into 'defaults', or each object of 'captures'")
     return Problem(title, f"its key '{key}' is not known", choice(key, _KEYS))
 
 
@@ -76,18 +103,3 @@ def _with_table(
         tables[name] = LampTable(folder / name)
     photo, identity = (str(item.get(key) or "") for key in ("photo", "id"))
     return item | {"transforms": tables[name].of(identity, photo)}
-
-
-def _from_here(capture: CaptureRequest, folder: Path) -> CaptureRequest:
-    def path(name: str) -> str:
-        if not name or name.startswith(PACKED):
-            return name
-        return str(folder / name)
-
-    return replace(
-        capture,
-        photo=path(capture.photo),
-        mask=path(capture.mask),
-        exclude=path(capture.exclude),
-        response=path(capture.response_file) or capture.response,
-    )

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from .. import native
 from ..problems import Problem
-from .request import PACKED
+from .value_kinds import PACKED
 
 if TYPE_CHECKING:
     from .._image import PictureInfo

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import __version__
-from ..capture.request import PACKED
+from ..capture.value_kinds import PACKED
 from ..paths import why_not_file
 from ..problems import Problem
 from ..scene_read.values import SceneValues
