@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every control of the panel is named in docs/guide/panel.md."""
+"""Every control of the panel is named in docs/guide/panel.md, or where that page points to."""
 
 from pathlib import Path
 
@@ -9,7 +9,9 @@ import pytest
 
 pytestmark = [pytest.mark.blender, pytest.mark.usefixtures("addon")]
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "guide" / "panel.md"
+GUIDE = Path(__file__).resolve().parents[1] / "docs" / "guide"
+#: The latter has those of a capture.
+PAGES = (GUIDE / "panel.md", GUIDE / "captures.md")
 #: Label -> what the panel writes in its place, and the page too.
 CALLED = {
     "Refresh Parameters": "Refresh",
@@ -41,7 +43,7 @@ def controls():
 
 
 def test_the_page_of_the_panel_names_every_control():
-    text = PAGE.read_text(encoding="utf-8")
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     found = controls()
     assert len(found) > 100  # the collector collects
     assert sorted(name for name in found if CALLED.get(name, name) not in text) == []

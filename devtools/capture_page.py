@@ -32,7 +32,7 @@ def tables() -> str:
     lines = ["| key | meaning | left out |", "|---|---|---|"]
     for item in PROPERTIES:
         lines.append(f"| `{item.name}` | {_meaning(item)} | {item.left_out} |")
-    lines += ["", "In the panel and on the command line these are:", ""]
+    lines += ["", "## In the panel and on the command line", ""]
     lines += ["| key | in the panel | option |", "|---|---|---|"]
     for item in PROPERTIES:
         if item.panel is not None or item.option is not None:
@@ -46,7 +46,7 @@ def _meaning(item: CaptureProperty) -> str:
     limits = item.kind.limits()
     found = [item.help, item.more]
     if limits:
-        found.append(f"{limits['min']:g} to {limits['max']:.8g}")
+        found.append(f"{limits['min']} to {limits['max']}")
     if isinstance(item.kind, Flag):
         found.append("`true` or `false`")
     return "; ".join(text for text in found if text)
@@ -59,7 +59,8 @@ def _labels(item: CaptureProperty) -> str:
 def _option(item: CaptureProperty) -> str:
     if item.option is None:
         return ""
-    return f"`{' '.join([item.flag, *filter(None, [item.metavar])])}`"
+    words = " ".join([item.flag, *filter(None, [item.metavar])])
+    return f"`{words}`".replace("|", "\\|")  # a bar ends a cell
 
 
 def main() -> None:

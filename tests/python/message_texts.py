@@ -74,7 +74,7 @@ def _is_of_properties(node: ast.Call) -> bool:
     name = getattr(node.func, "id", getattr(node.func, "attr", ""))
     return name.endswith("Property") or name in {
         "modelled", "no_effect", "noise_only", "modelled_values", "warned_by_reader",
-        "refused_by_reader", "remarked",
+        "refused_by_reader", "remarked", "declared", "required",
     }  # fmt: skip
 
 

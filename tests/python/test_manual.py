@@ -10,11 +10,13 @@ from pathlib import Path
 import pytest
 
 from selenite import cli
+from selenite.capture.request import PROPERTIES
 
 ROOT = Path(__file__).resolve().parents[2]
 GUIDE = ROOT / "docs" / "guide"
 sys.path.insert(0, str(ROOT / "devtools"))
 
+import capture_page  # noqa: E402
 import parameter_page  # noqa: E402
 
 
@@ -24,6 +26,13 @@ def test_page_of_parameters_is_the_native_table() -> None:
     expected = parameter_page.page(_core.parameters())
     assert parameter_page.PAGE.read_text(encoding="utf-8") == expected, (
         "docs/guide/parameters.md is out of date: python devtools/parameter_page.py"
+    )
+
+
+def test_tables_of_captures_are_those_of_the_declaration() -> None:
+    text = capture_page.PAGE.read_text(encoding="utf-8")
+    assert capture_page.page(text) == text, (
+        "docs/guide/captures.md is out of date: python devtools/capture_page.py"
     )
 
 
@@ -42,7 +51,10 @@ def test_each_synopsis_of_the_guide_has_the_options_of_its_command() -> None:
         section = text.partition(f"\n## {name}\n")[2].partition("\n## ")[0]
         shown = re.findall(r"^`?(selenite .*?)(?:`$|\n```|\n(?=selenite ))", section, re.M | re.S)
         assert shown, name
-        assert {option for form in shown for option in re.findall(r"--[a-z-]+", form)} == wanted
+        found = {option for form in shown for option in re.findall(r"--[a-z-]+", form)}
+        if any("[CAPTURES]" in form for form in shown):
+            found |= {"--photo", "--captures", *(item.flag for item in PROPERTIES if item.option)}
+        assert found == wanted
 
 
 def test_no_option_of_the_guide_is_made_up() -> None:

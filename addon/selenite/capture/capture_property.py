@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import TypeVar, cast
 
-from .panel_controls import Control, Held
+from .panel_controls import Binding, Control
 from .value_kinds import Kind, OneOf
 
 #: In place of the default of what every capture has.
@@ -41,7 +41,7 @@ class CaptureProperty:
     left_out: str = ""
     more: str = ""
     option: Option | None = None
-    panel: Held | None = None
+    panel: Binding | None = None
     name: str = ""  # of its field, as is the default
     default: object = REQUIRED
 
@@ -96,14 +96,14 @@ def declared(
     left_out: str,
     more: str = "",
     option: Option | None = None,
-    panel: Held | None = None,
+    panel: Binding | None = None,
 ) -> _Value:
     """A field of a dataclass with its default."""
     said = CaptureProperty(kind, help, left_out, more, option, panel)
     return field(default=default, metadata={_DECLARED: said})
 
 
-def required(kind: Kind, help: str, more: str) -> str:  # noqa: A002 - see `declared`
+def required(kind: Kind, help: str, more: str = "") -> str:  # noqa: A002 - see `declared`
     """A field that every capture has."""
     return cast(str, field(metadata={_DECLARED: CaptureProperty(kind, help, more=more)}))
 

@@ -19,7 +19,7 @@ Row: TypeAlias = "bpy.types.PropertyGroup"
 LEFT_OUT = object()
 
 #: Parts of the panel, and the group of a row that holds their controls; "" for the row itself.
-PARTS = {"row": "", "what counts": "how", "how it was taken": "how", "lights": "lights"}
+PARTS = {"row": "", "counts": "how", "taken": "how", "lights": "lights"}
 #: Identifier, label and tooltip of a menu's items.
 Items = Sequence[tuple[str, str, str]]
 
@@ -50,7 +50,7 @@ def menu(name: str, label: str, items: Items) -> Control:
     return Control(name, "Enum", label, keywords={"items": numbered})
 
 
-class Held:
+class Binding:
     """A property in the controls of a row. part: where in the panel they are, one of PARTS."""
 
     def __init__(self, part: str, *controls: Control) -> None:
@@ -65,7 +65,7 @@ class Held:
         raise NotImplementedError
 
 
-class Plain(Held):
+class Plain(Binding):
     """One control whose value is that of the property, or the default: then it is left out."""
 
     def read(self, group: Row, absolute: Callable[[str], str]) -> object:
@@ -91,7 +91,7 @@ def _default(control: Control) -> object:
     return control.keywords.get("default", "" if control.kind == "Path" else False)
 
 
-class Switched(Held):
+class Switched(Binding):
     """A value that a switch before it turns on."""
 
     def __init__(self, part: str, switch: Control, value: Control) -> None:
@@ -112,7 +112,7 @@ class Switched(Held):
             setattr(group, control.name, content)
 
 
-class Background(Held):
+class Background(Binding):
     """Of the text "border:0.1" or "R,G,B:0.1"."""
 
     def __init__(self, part: str) -> None:
@@ -156,7 +156,7 @@ class Background(Held):
         setattr(group, most, float(tolerance) if colon else TOLERANCE)
 
 
-class ResponseMenu(Held):
+class ResponseMenu(Binding):
     """The name of a response, with an exponent or a file beside it."""
 
     def __init__(self, part: str) -> None:
@@ -222,7 +222,7 @@ _LENS: dict[str, tuple[str, float, str, int]] = {
 }
 
 
-class LensNumbers(Held):
+class LensNumbers(Binding):
     """A lens that distorts, or that the photo is free of it."""
 
     def __init__(self, part: str) -> None:
@@ -257,9 +257,10 @@ class LensNumbers(Held):
             group.undistorted = True
 
 
-class Lamps(Held):
+class Lamps(Binding):
     """The lamps that were on. A lamp or collection that is not chosen is a lamp without a name,
-    which `light_states` refuses. A row takes no list of names."""
+    which `light_states` refuses. A row chooses lamps by their objects, which a list of names does
+    not give: it is not written."""
 
     def __init__(self, part: str) -> None:
         items = (
@@ -286,9 +287,3 @@ class Lamps(Held):
             chosen = group.collection.all_objects if group.collection is not None else None
             return ("",) if chosen is None else tuple(x.name for x in chosen if x.type == "LIGHT")
         return () if group.mode == "NONE" else LEFT_OUT
-
-    def write(self, group: Row, value: object) -> None:
-        """Of no lamp alone."""
-        if value != ():
-            raise ValueError(f"a row of the panel takes no list of lamps such as {value!r}")
-        group.mode = "NONE"

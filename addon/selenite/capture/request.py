@@ -59,7 +59,7 @@ class CaptureRequest:
     camera, if an import has kept one (CameraLens). clip: code values, 1 at the top of integers.
     """
 
-    camera: str = required(Text(), "Name of the camera", "as in the scene")
+    camera: str = required(Text(), "Name of a camera of the scene")
     photo: str = required(File(), "File of the photo", "see [Photos](photos.md)")
     mask: str = declared(
         "",
@@ -85,7 +85,7 @@ class CaptureRequest:
         "Picture whose white pixels do not count",
         left_out="nothing",
         option=Option(metavar="PHOTO=FILE", of_photo=True),
-        panel=Plain("what counts", Control("exclude_path", "Path", "Exclude")),
+        panel=Plain("counts", Control("exclude_path", "Path", "Exclude")),
     )
     silhouette: int | None = declared(
         None,
@@ -95,7 +95,7 @@ class CaptureRequest:
         more="so many pixels of the comparison are taken off [its rim](#masks)",
         option=Option(metavar="N", more="N pixels are taken off its rim"),
         panel=Switched(
-            "what counts",
+            "counts",
             Control("use_silhouette", "Bool", "Silhouette"),
             Control(
                 "silhouette",
@@ -116,7 +116,7 @@ class CaptureRequest:
             metavar="WHAT",
             more="border (what joins it in one colour) or R,G,B; with a tolerance: border:0.1",
         ),
-        panel=Background("what counts"),
+        panel=Background("counts"),
     )
     lights: tuple[str, ...] | None = declared(
         None,
@@ -164,7 +164,7 @@ class CaptureRequest:
         left_out='`"auto"`: as the file says',
         more="see [below](#response)",
         option=Option(metavar="NAME|FILE.csv", more="auto, srgb, linear, gamma:2.2, or a table"),
-        panel=ResponseMenu("how it was taken"),
+        panel=ResponseMenu("taken"),
     )
     clip: tuple[float, float] | None = declared(
         None,
@@ -173,7 +173,7 @@ class CaptureRequest:
         left_out="clipping is [looked for](photos.md#clipping)",
         more="1 at the top of integers: `[0.02, 0.98]`",
         panel=Switched(
-            "how it was taken",
+            "taken",
             Control("use_clip", "Bool", "Clip Levels"),
             Control(
                 "clip",
@@ -192,7 +192,7 @@ class CaptureRequest:
         more='that the fit finds: `"scalar"` is exposure, `"rgb"` white balance too',
         option=Option(more="that the fit finds for each photo; default: none"),
         panel=Plain(
-            "how it was taken",
+            "taken",
             menu(
                 "gain",
                 "Gain",
@@ -215,15 +215,15 @@ class CaptureRequest:
         left_out="as `--align` says",
         more="see [below](#in-the-results)",
         option=Option(value=True),
-        panel=Plain("how it was taken", Control("align", "Bool", "Align")),
+        panel=Plain("taken", Control("align", "Bool", "Align")),
     )
     hold_out: bool = declared(
         False,
         Flag(),
         "The fit does not see this photo; the result says how well it renders it",
         left_out="the fit sees it",
-        more="see [Held-out photos](results.md#held-out-photos)",
-        panel=Plain("how it was taken", Control("hold_out", "Bool", "Hold Out")),
+        more="see [Binding-out photos](results.md#held-out-photos)",
+        panel=Plain("taken", Control("hold_out", "Bool", "Hold Out")),
     )
     size: tuple[int, int] | None = declared(
         None,
@@ -231,7 +231,7 @@ class CaptureRequest:
         "Width and height of the whole photo in pixels",
         left_out="those of the file",
         panel=Switched(
-            "how it was taken",
+            "taken",
             Control(
                 "use_size",
                 "Bool",
@@ -258,7 +258,7 @@ class CaptureRequest:
         left_out="all",
         more="x0, y0, x1, y1",
         panel=Switched(
-            "how it was taken",
+            "taken",
             Control(
                 "use_crop",
                 "Bool",
@@ -285,7 +285,7 @@ class CaptureRequest:
         "Width of the photo's pixels over their height",
         left_out="that of the scene",
         panel=Switched(
-            "how it was taken",
+            "taken",
             Control(
                 "use_pixel_aspect",
                 "Bool",
@@ -306,7 +306,7 @@ class CaptureRequest:
             value=False,
             help="The photo is free of the distortion that an import has kept with its camera",
         ),
-        panel=LensNumbers("how it was taken"),
+        panel=LensNumbers("taken"),
     )
 
     def files(self) -> dict[str, str]:

@@ -122,8 +122,9 @@ class Whole(Kind):
     def read(self, key: str, value: object) -> int:
         """As it stands."""
         if type(value) is not int or not self.permits(value):
-            permitted = f"{self.lowest} to {self.highest}"
-            raise ValueError(f"its '{key}' is {value!r}, not a whole number from {permitted}")
+            raise ValueError(
+                f"its '{key}' is {value!r}, not a whole number from {self.lowest} to {self.highest}"
+            )
         return value
 
     def permits(self, value: int) -> bool:

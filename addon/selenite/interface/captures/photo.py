@@ -24,9 +24,9 @@ def draw(layout: bpy.types.UILayout, photo: bpy.types.PropertyGroup) -> None:
     box = layout.box()
     box.prop(photo, "expanded", icon="TRIA_DOWN" if photo.expanded else "TRIA_RIGHT", emboss=False)
     if photo.expanded:
-        draw_part(box, photo, "what counts")
+        draw_part(box, photo, "counts")
         mask.draw(box)
-        draw_part(box, photo, "how it was taken")
+        draw_part(box, photo, "taken")
 
 
 CLASSES = (SeleniteCapturePhoto,)
