@@ -67,10 +67,9 @@ class CaptureProperty:
             return "|".join(self.kind.names)
         return self.option.metavar if self.option is not None else None
 
-    @property
-    def title(self) -> str:
-        """What its files are called in messages."""
-        return self.name.capitalize()
+    def titled(self, file: str) -> str:
+        """What a file of it is called in messages."""
+        return f"{self.name.capitalize()} '{file}'"
 
     def controls(self) -> tuple[Control, ...]:
         """Of the panel, with their help and the range of the value."""

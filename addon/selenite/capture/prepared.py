@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias, TypedDict
@@ -235,9 +236,9 @@ def without_photo(scene: SceneValues, requests: Sequence[CaptureRequest]) -> str
     return f"{len(names)} of {len(scene.cameras)} cameras have no photo: {first}{rest}"
 
 
-#: Reference, weight, inside, and what is known of photo and mask; or why there is none.
+#: Reference, weight, inside, and what is known of photo and masks; or why there is none.
 _Decoded: TypeAlias = (
-    "tuple[np.ndarray, np.ndarray, np.ndarray, PhotoInfo, CountedInfo | None] | Problem"
+    "tuple[np.ndarray, np.ndarray, np.ndarray, PhotoInfo, list[CountedInfo]] | Problem"
 )
 
 
@@ -259,29 +260,22 @@ class _Opened:
 
     def decode(self, packed: Mapping[str, bytes]) -> _Decoded:
         """Its pixels at the working size; may run beside others."""
-        request = self.request
-        titles = _titles(request)
-        paths = dict.fromkeys(titles, "")
+        request, paths = self.request, dict[str, str]()
         try:
-            with (
-                as_file(request.photo, packed) as path,
-                as_file(request.mask, packed) as paths[titles[1]],
-                as_file(request.exclude, packed) as paths[titles[2]],
-            ):
+            with ExitStack() as files:
+                path = files.enter_context(as_file(request.photo, packed))
+                masks = []
+                for title, (name, left_out) in request.masks().items():
+                    paths[title] = files.enter_context(as_file(name, packed))
+                    masks.append((paths[title], left_out))
                 found: _Decoded = native.image().read_at_size(
-                    path, *self.working_size, paths[titles[1]] or None,
-                    exclude=paths[titles[2]] or None, response=self.response,
+                    path, *self.working_size, masks=masks, response=self.response,
                     counted=request.clip, corners=self.corners, within=self.silhouette,
                 )  # fmt: skip
         except (OSError, ValueError, MemoryError) as error:
-            named = (n for n, file in paths.items() if file and str(error).startswith(f"'{file}'"))
-            return unreadable(next(named, titles[0]), error)
+            named = (name for name, file in paths.items() if str(error).startswith(f"'{file}'"))
+            return unreadable(next(named, f"Photo '{request.photo}'"), error)
         return found
-
-
-def _titles(request: CaptureRequest) -> tuple[str, str, str]:
-    """What photo, mask and exclude are called in messages."""
-    return f"Photo '{request.photo}'", f"Mask '{request.mask}'", f"Exclude '{request.exclude}'"
 
 
 def _open(
@@ -293,13 +287,12 @@ def _open(
     problems: list[Problem],
     packed: Mapping[str, bytes],
 ) -> _Opened | None:
-    title, mask_title, exclude_title = _titles(request)
+    title = f"Photo '{request.photo}'"
     info = header(title, request.photo, problems, packed, as_linear=True)
     response = read_response(request.response, problems)
     masks = {
         name: header(name, file, problems, packed, as_linear=False)
-        for name, file in ((mask_title, request.mask), (exclude_title, request.exclude))
-        if file
+        for name, (file, _) in request.masks().items()
     }
     background_of(request, problems)
     if info is None:
@@ -338,18 +331,18 @@ def _finish(
     warnings: list[str],
 ) -> Capture | None:
     request, window, remarks = opened.request, opened.window, list(opened.remarks)
-    title, mask_title, _ = _titles(request)
+    title = f"Photo '{request.photo}'"
     if isinstance(decoded, Problem):
         problems.append(decoded)
         return None
-    reference, weight, inside, info, mask = decoded
+    reference, weight, inside, info, masks = decoded
     if not (weight > 0).any():
         cause = f"no pixel of it can be used ({_reasons(info['counts'])})"
         problems.append(Problem(title, cause, "give a better exposed photo or another mask"))
         return None
     remarks += [f"{title}: {text}" for text in info["warnings"]]
-    if mask is not None:
-        remarks += [f"{mask_title}: {text}" for text in mask["warnings"]]
+    for name, mask in zip(request.masks(), masks, strict=True):
+        remarks += [f"{name}: {text}" for text in mask["warnings"]]
     capture = Capture(
         request.id, opened.camera.name, request.photo, opened.size, reference, weight,
         window.aspect, window=window.fractions, free_gain=request.gain or "none",

@@ -309,14 +309,18 @@ class CaptureRequest:
         panel=LensNumbers("taken"),
     )
 
+    def masks(self) -> dict[str, tuple[str, str]]:
+        """Files of masks, by what they are called in messages, with what of each does not count."""
+        return {
+            item.titled(file): (file, item.kind.left_out)
+            for item in PROPERTIES
+            if isinstance(item.kind, MaskFile) and (file := getattr(self, item.name))
+        }
+
     def files(self) -> dict[str, str]:
         """The files that it names, by what they are called in messages."""
-        found = {}
-        for item in PROPERTIES:
-            value = getattr(self, item.name)
-            if file := item.kind.file_of(value):
-                found[f"{item.title} '{value}'"] = file
-        return found
+        named = ((item, item.kind.file_of(getattr(self, item.name))) for item in PROPERTIES)
+        return {item.titled(file): file for item, file in named if file}
 
     def moved(self, place: Callable[[str], str]) -> CaptureRequest:
         """The same with each file but packed ones as `place` has it."""
