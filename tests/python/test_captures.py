@@ -13,7 +13,12 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
 from selenite.capture.captures_file import read_captures_file  # noqa: E402
-from selenite.capture.request import CaptureRequest, with_ids  # noqa: E402
+from selenite.capture.request import (  # noqa: E402
+    PROPERTIES,
+    CaptureRequest,
+    values_from_json,
+    with_ids,
+)
 from selenite.commands import arguments  # noqa: E402
 from selenite.problems import BadInput, Problem  # noqa: E402
 
@@ -100,6 +105,73 @@ def test_the_error_says_how_a_name_is_quoted(text: str) -> None:
     assert problem.object == f"Argument '{text}'" and '"A=1"=FILE' in problem.cure
 
 
+def _shared(**defaults: object) -> dict[str, object]:
+    captures = [{"camera": name, "photo": f"{name}.png"} for name in ("a", "b")]
+    return {"schema": 1, "captures": captures, "defaults": defaults}
+
+
+def test_captures_share_what_they_do_not_say(tmp_path: Path) -> None:
+    file = tmp_path / "captures.json"
+    content = _shared(camera="Front", response="curve.csv", gain="rgb", align=True, silhouette=2)
+    content["captures"] = [
+        {"photo": "a.png"},
+        {"photo": "b.png", "camera": "Side", "gain": "none", "align": False, "silhouette": None},
+    ]
+    file.write_text(json.dumps(content))
+    first, second = read_captures_file(file)
+    table = str(tmp_path / "curve.csv")
+    assert first == CaptureRequest(
+        "Front", str(tmp_path / "a.png"), response=table, gain="rgb", align=True, silhouette=2
+    )
+    assert second == CaptureRequest(
+        "Side", str(tmp_path / "b.png"), response=table, gain="none", align=False
+    )
+
+
+#: Of each key a value that is not the default, as a file says it.
+SAID: dict[str, object] = {
+    "camera": "Front",
+    "photo": "a.png",
+    "mask": "b.png",
+    "id": "morning",
+    "exclude": "c.png",
+    "silhouette": 0,
+    "background": "border:0.1",
+    "lights": [],
+    "world": False,
+    "transforms": {"Key": [1.0, 2.0, 3.0]},
+    "frame": 0,
+    "response": "gamma:2.2",
+    "clip": [0.0, 1.0],
+    "gain": "none",
+    "align": False,
+    "hold_out": True,
+    "size": [3, 2],
+    "crop": [0, 0, 1, 1],
+    "pixel_aspect": 1.0,
+    "distortion": False,
+}
+
+
+def test_every_key_is_read_and_written_as_it_stands() -> None:
+    """Values that are falsy are not left out."""
+    assert SAID.keys() == {item.name for item in PROPERTIES}
+    request = CaptureRequest.from_json(SAID)
+    assert request.as_json() == SAID
+    assert CaptureRequest.from_json(json.loads(json.dumps(request.as_json()))) == request
+
+
+@pytest.mark.parametrize("key", [item.name for item in PROPERTIES])
+def test_no_key_takes_a_value_of_another_kind(key: str) -> None:
+    with pytest.raises(ValueError, match=f"^its '{key}' (is|are|holds) "):
+        values_from_json({key: 1j})
+    if key in ("camera", "photo"):
+        with pytest.raises(ValueError, match=f"its '{key}' is None, not text"):
+            values_from_json({key: None})
+    else:
+        assert values_from_json({key: None}) == {}
+
+
 @pytest.mark.parametrize(
     ("content", "cause", "cure"),
     [
@@ -107,6 +179,10 @@ def test_the_error_says_how_a_name_is_quoted(text: str) -> None:
         ({"schema": 2}, "its schema is 2, this version reads 1", "begin it with 'schema': 1"),
         ({"schema": 1, "captures": {}}, "its 'captures' are no list", "list one object"),
         ({"schema": 1, "captures": [{}], "gain": "rgb"}, "its key 'gain' belongs into its", "each"),
+        ({"schema": 1, "captures": [{}], "defaults": 3}, "they are 3, not an object", "keys of"),
+        (_shared(photo="a.png"), "its key 'photo' differs from capture to capture", "each"),
+        (_shared(gain="all"), "its 'gain' is 'all', not one of none, scalar, rgb", "correct it"),
+        (_shared(gian="rgb"), "its key 'gian' is not known; did you mean 'gain'?", "correct it"),
         ({"schema": 1, "capture": [{}]}, "its key 'capture' is not known", "'captures'?"),
     ],
 )
@@ -119,5 +195,5 @@ def test_a_file_of_captures_says_what_is_wrong(
     with pytest.raises(BadInput) as error:
         read_captures_file(file)
     (problem,) = error.value.problems
-    assert problem.object == f"Captures '{file}'"
+    assert problem.object in (f"Captures '{file}'", f"Captures '{file}', defaults")
     assert problem.cause.startswith(cause) and cure in problem.cure
