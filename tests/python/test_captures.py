@@ -3,9 +3,13 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -19,8 +23,10 @@ from selenite.capture.request import (  # noqa: E402
     values_from_json,
     with_ids,
 )
-from selenite.commands import arguments  # noqa: E402
+from selenite.commands import arguments, capture_arguments  # noqa: E402
+from selenite.commands.capture_arguments import add_captures  # noqa: E402
 from selenite.problems import BadInput, Problem  # noqa: E402
+from selenite.scene_read.lens import LensDistortion  # noqa: E402
 
 
 def ids(*captures: tuple[str, str], cameras: tuple[str, ...] = ()) -> list[str]:
@@ -52,6 +58,51 @@ def test_given_ids_stay_and_are_not_given_again() -> None:
 
 def test_a_photo_without_a_camera_has_no_id() -> None:
     assert ids(("", ""), ("Front", "")) == ["", "Front"]
+
+
+def captures_from(
+    *words: str, stored: Sequence[CaptureRequest] = ()
+) -> tuple[tuple[CaptureRequest, ...], list[Problem]]:
+    """Those of a command line about a scene with the cameras Front and Side."""
+    parser = argparse.ArgumentParser()
+    add_captures(parser, "")
+    cameras = [SimpleNamespace(name=name) for name in ("Front", "Side")]
+    problems: list[Problem] = []
+    found = capture_arguments.captures_from(
+        parser.parse_args(words),
+        stored,
+        SimpleNamespace(cameras=cameras, unusable_cameras={}),  # type: ignore[arg-type]
+        problems,
+    )
+    return found, problems
+
+
+def test_options_say_what_photos_do_not(tmp_path: Path) -> None:
+    own = CaptureRequest(
+        "Front", "/a.png", silhouette=3, gain="none", align=False, background="border",
+        response="srgb", distortion=LensDistortion(9, 9, 4, 3),
+    )  # fmt: skip
+    words = (
+        "--silhouette=0", "--gain=rgb", "--align", "--background=0,0,0", "--response=gamma:2",
+        "--undistorted", "--exclude=Front=/c.png",
+    )  # fmt: skip
+    (first, second), problems = captures_from(*words, stored=[own, CaptureRequest("Side", "/b")])
+    assert not problems
+    assert first == replace(own, id="Front", exclude="/c.png")
+    assert second == CaptureRequest(
+        "Side", "/b", id="Side", silhouette=0, gain="rgb", align=True, background="0,0,0",
+        response="gamma:2", distortion=False,
+    )  # fmt: skip
+    (bare,), _ = captures_from("--photo=Side=/b.png", "--response=curve.csv", stored=[own])
+    assert bare == CaptureRequest(
+        "Side", "/b.png", id="Side", response=str(Path("curve.csv").absolute())
+    )
+
+
+def test_an_option_out_of_its_range_is_named() -> None:
+    _, (problem,) = captures_from("--photo=Side=/b.png", "--silhouette=101")
+    assert (problem.object, problem.cause) == ("Argument --silhouette", "it is 101")
+    assert problem.cure == "give a whole number from 0 to 100"
 
 
 def test_a_camera_may_be_given_several_photos() -> None:

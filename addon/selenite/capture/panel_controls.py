@@ -220,6 +220,8 @@ _LENS: dict[str, tuple[str, float, str, int]] = {
     "p4": ("P4", 0.0, "Tangential, of the slope's fourth power", 5),
     "b2": ("B2", 0.0, "Skew in pixels of the whole photo", 5),
 }
+#: Tooltip, and help of the option.
+UNDISTORTED = "The photo is free of the distortion that an import has kept with its camera"
 
 
 class LensNumbers(Binding):
@@ -233,12 +235,13 @@ class LensNumbers(Binding):
             )
             for name, (label, default, text, digits) in _LENS.items()
         )  # fmt: skip
-        free = "The photo is free of the distortion that an import has kept with its camera"
         super().__init__(
             part,
             Control("use_distortion", "Bool", "Distortion"),
             *numbers,
-            Control("undistorted", "Bool", "Undistorted", free, when={"use_distortion": (False,)}),
+            Control(
+                "undistorted", "Bool", "Undistorted", UNDISTORTED, when={"use_distortion": (False,)}
+            ),
         )
 
     def read(self, group: Row, absolute: Callable[[str], str]) -> object:

@@ -11,6 +11,7 @@ from ..problems import choice
 from ..scene_read.lens import LensDistortion
 from .capture_property import CaptureProperty, Option, declared, properties_of, required
 from .panel_controls import (
+    UNDISTORTED,
     Background,
     Control,
     Lamps,
@@ -62,35 +63,25 @@ class CaptureRequest:
     camera: str = required(Text(), "Name of a camera of the scene")
     photo: str = required(File(), "File of the photo", "see [Photos](photos.md)")
     mask: str = declared(
-        "",
-        MaskFile("black"),
-        "Picture whose black pixels do not count",
+        "", MaskFile("black"), "Picture whose black pixels do not count",
         left_out="no [mask](#masks)",
         option=Option(
-            metavar="PHOTO=FILE",
-            of_photo=True,
+            metavar="PHOTO=FILE", of_photo=True,
             more="PHOTO: the camera's name, or CAMERA#2 for its second",
         ),
         panel=Plain("row", Control("mask_path", "Path", "Mask")),
-    )
+    )  # fmt: skip
     id: str = declared(
-        "",
-        Text(),
-        "Name of the capture in results and messages, unique",
+        "", Text(), "Name of the capture in results and messages, unique",
         left_out="the camera's name, then `Front#2` and so on",
-    )
+    )  # fmt: skip
     exclude: str = declared(
-        "",
-        MaskFile("white"),
-        "Picture whose white pixels do not count",
-        left_out="nothing",
+        "", MaskFile("white"), "Picture whose white pixels do not count", left_out="nothing",
         option=Option(metavar="PHOTO=FILE", of_photo=True),
         panel=Plain("counts", Control("exclude_path", "Path", "Exclude")),
-    )
+    )  # fmt: skip
     silhouette: int | None = declared(
-        None,
-        Whole(0, 100),
-        "Only what the camera sees of the fitted objects counts",
+        None, Whole(0, 100), "Only what the camera sees of the fitted objects counts",
         left_out="all counts",
         more="so many pixels of the comparison are taken off [its rim](#masks)",
         option=Option(metavar="N", more="N pixels are taken off its rim"),
@@ -98,216 +89,136 @@ class CaptureRequest:
             "counts",
             Control("use_silhouette", "Bool", "Silhouette"),
             Control(
-                "silhouette",
-                "Int",
-                "Eroded",
-                "Pixels of the comparison that are taken off its rim",
-                {"default": 1},
+                "silhouette", "Int", "Eroded",
+                "Pixels of the comparison that are taken off its rim", {"default": 1},
             ),
         ),
-    )
+    )  # fmt: skip
     background: str = declared(
-        "",
-        Text(),
-        "What of the photo does not count",
-        left_out="nothing",
+        "", Text(), "What of the photo does not count", left_out="nothing",
         more='`"border"` or a colour, see [below](#masks)',
         option=Option(
             metavar="WHAT",
             more="border (what joins it in one colour) or R,G,B; with a tolerance: border:0.1",
         ),
         panel=Background("counts"),
-    )
+    )  # fmt: skip
     lights: tuple[str, ...] | None = declared(
-        None,
-        LampNames(),
-        "Lamps that were on when the photo was taken",
-        left_out="all",
+        None, LampNames(), "Lamps that were on when the photo was taken", left_out="all",
         more="see [Lights of captures](lights_of_captures.md)",
         panel=Lamps("lights"),
-    )
+    )  # fmt: skip
     world: bool = declared(
-        True,
-        Flag(),
-        "The world's light was on; off: it is black",
-        left_out="on",
+        True, Flag(), "The world's light was on; off: it is black", left_out="on",
         panel=Plain("lights", Control("world", "Bool", "World", keywords={"default": True})),
-    )
+    )  # fmt: skip
     transforms: tuple[tuple[str, tuple[float, ...]], ...] = declared(
-        (),
-        LampPlaces(),
-        "Where [lamps stood](lights_of_captures.md), or the file of a table",
-        left_out="as in the scene",
-    )
+        (), LampPlaces(), "Where lamps stood, or the file of a table", left_out="as in the scene",
+        more="see [Where a lamp stood](lights_of_captures.md#where-a-lamp-stood)",
+    )  # fmt: skip
     frame: int | None = declared(
-        None,
-        Whole(-1048574, 1048574),
+        None, Whole(-1048574, 1048574),
         "Lamps stood where they stand at a frame of the scene; only lamps may move",
         left_out="as they are",
         panel=Switched(
             "lights",
             Control("use_frame", "Bool", "Lamps at Frame"),
             Control(
-                "frame",
-                "Int",
-                "Frame",
+                "frame", "Int", "Frame",
                 "Lamps stood as at this frame, and were off if they do not render there",
-                {"default": 1},
-                greys=True,
+                {"default": 1}, greys=True,
             ),
         ),
-    )
+    )  # fmt: skip
     response: str = declared(
-        AUTO_RESPONSE,
-        Response(),
-        "How code values became of light",
-        left_out='`"auto"`: as the file says',
-        more="see [below](#response)",
+        AUTO_RESPONSE, Response(), "How code values became of light",
+        left_out='`"auto"`: as the file says', more="see [below](#response)",
         option=Option(metavar="NAME|FILE.csv", more="auto, srgb, linear, gamma:2.2, or a table"),
         panel=ResponseMenu("taken"),
-    )
+    )  # fmt: skip
     clip: tuple[float, float] | None = declared(
-        None,
-        Levels(),
-        "Only code values between two levels count",
+        None, Levels(), "Only code values between two levels count",
         left_out="clipping is [looked for](photos.md#clipping)",
         more="1 at the top of integers: `[0.02, 0.98]`",
         panel=Switched(
             "taken",
             Control("use_clip", "Bool", "Clip Levels"),
             Control(
-                "clip",
-                "FloatVector",
-                "Lowest and Highest",
+                "clip", "FloatVector", "Lowest and Highest",
                 "Code values that count, 1 at the top of integers",
                 {"size": 2, "default": (0.01, 0.99), "min": 0.0, "soft_max": 1.0},
             ),
         ),
-    )
+    )  # fmt: skip
     gain: str = declared(
-        "",
-        OneOf(GAINS),
-        "Factor on the render",
-        left_out="that of `--gain`, or none",
+        "", OneOf(GAINS), "Factor on the render", left_out="that of `--gain`, or none",
         more='that the fit finds: `"scalar"` is exposure, `"rgb"` white balance too',
         option=Option(more="that the fit finds for each photo; default: none"),
-        panel=Plain(
-            "taken",
-            menu(
-                "gain",
-                "Gain",
-                (
-                    ("NONE", "None", "Exposure and white balance are those of the scene"),
-                    ("SCALAR", "Exposure", "The fit finds one factor for the photo"),
-                    (
-                        "RGB",
-                        "Exposure and White Balance",
-                        "The fit finds a factor for each channel",
-                    ),
-                ),
-            ),
-        ),
-    )
+        panel=Plain("taken", menu("gain", "Gain", (
+            ("NONE", "None", "Exposure and white balance are those of the scene"),
+            ("SCALAR", "Exposure", "The fit finds one factor for the photo"),
+            ("RGB", "Exposure and White Balance", "The fit finds a factor for each channel"),
+        ))),
+    )  # fmt: skip
     align: bool | None = declared(
-        None,
-        Flag(),
-        "The fit finds a shift and roll of the photo within 4 pixels",
-        left_out="as `--align` says",
-        more="see [below](#in-the-results)",
+        None, Flag(), "The fit finds a shift and roll of the photo within 4 pixels",
+        left_out="as `--align` says", more="see [below](#in-the-results)",
         option=Option(value=True),
         panel=Plain("taken", Control("align", "Bool", "Align")),
-    )
+    )  # fmt: skip
     hold_out: bool = declared(
-        False,
-        Flag(),
-        "The fit does not see this photo; the result says how well it renders it",
-        left_out="the fit sees it",
-        more="see [Binding-out photos](results.md#held-out-photos)",
+        False, Flag(), "The fit does not see this photo; the result says how well it renders it",
+        left_out="the fit sees it", more="see [Held-out photos](results.md#held-out-photos)",
         panel=Plain("taken", Control("hold_out", "Bool", "Hold Out")),
-    )
+    )  # fmt: skip
     size: tuple[int, int] | None = declared(
-        None,
-        Pixels(2),
-        "Width and height of the whole photo in pixels",
+        None, Pixels(2), "Width and height of the whole photo in pixels",
         left_out="those of the file",
         panel=Switched(
             "taken",
             Control(
-                "use_size",
-                "Bool",
-                "Own Size",
+                "use_size", "Bool", "Own Size",
                 "The photo has another shape than the scene, or is cropped",
             ),
-            Control(
-                "size",
-                "IntVector",
-                "Whole Photo",
-                keywords={
-                    "size": 2,
-                    "default": (1920, 1080),
-                    "min": 1,
-                    "max": _MOST_PIXELS,
-                },
-            ),
+            Control("size", "IntVector", "Whole Photo", keywords={
+                "size": 2, "default": (1920, 1080), "min": 1, "max": _MOST_PIXELS,
+            }),
         ),
-    )
+    )  # fmt: skip
     crop: tuple[int, int, int, int] | None = declared(
-        None,
-        Pixels(4),
+        None, Pixels(4),
         "What the file holds, in pixels of the whole photo from its top left corner",
-        left_out="all",
-        more="x0, y0, x1, y1",
+        left_out="all", more="x0, y0, x1, y1",
         panel=Switched(
             "taken",
             Control(
-                "use_crop",
-                "Bool",
-                "Cropped",
-                "The file holds a part of the photo",
+                "use_crop", "Bool", "Cropped", "The file holds a part of the photo",
                 when={"use_size": (True,)},
             ),
-            Control(
-                "crop",
-                "IntVector",
-                "Left, Top, Right, Bottom",
-                keywords={
-                    "size": 4,
-                    "default": (0, 0, 1920, 1080),
-                    "min": 0,
-                    "max": _MOST_PIXELS,
-                },
-            ),
+            Control("crop", "IntVector", "Left, Top, Right, Bottom", keywords={
+                "size": 4, "default": (0, 0, 1920, 1080), "min": 0, "max": _MOST_PIXELS,
+            }),
         ),
-    )
+    )  # fmt: skip
     pixel_aspect: float | None = declared(
-        None,
-        Number(0.01, 100),
-        "Width of the photo's pixels over their height",
+        None, Number(0.01, 100), "Width of the photo's pixels over their height",
         left_out="that of the scene",
         panel=Switched(
             "taken",
             Control(
-                "use_pixel_aspect",
-                "Bool",
-                "Own Pixel Aspect",
+                "use_pixel_aspect", "Bool", "Own Pixel Aspect",
                 "Its pixels have another shape than the scene's",
             ),
             Control("pixel_aspect", "Float", "Width / Height", "Of a pixel", {"default": 1.0}),
         ),
-    )
+    )  # fmt: skip
     distortion: LensDistortion | bool | None = declared(
-        None,
-        Lens(),
-        "The lens distorts the photo",
+        None, Lens(), "The lens distorts the photo",
         left_out="that of an imported camera, else none",
         more="see [below](#distortion); `false`: the photo is free of it",
-        option=Option(
-            "undistorted",
-            value=False,
-            help="The photo is free of the distortion that an import has kept with its camera",
-        ),
+        option=Option("undistorted", value=False, help=UNDISTORTED),
         panel=LensNumbers("taken"),
-    )
+    )  # fmt: skip
 
     def masks(self) -> dict[str, tuple[str, str]]:
         """Files of masks, by what they are called in messages, with what of each does not count."""
