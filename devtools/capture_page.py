@@ -1,43 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The guide's tables of a capture, from its declaration; `./dev test` compares the committed page.
+"""The guide's table of a capture's keys, from their declaration; a test compares the committed
+page.
 
-Run as a script it rewrites them in docs/guide/captures.md.
+Run as a script it rewrites docs/guide/captures.md.
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import generated_part
 
 if TYPE_CHECKING:
     from selenite.capture.capture_property import CaptureProperty
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "guide" / "captures.md"
-START = "<!-- From the declaration of a capture, by devtools/capture_page.py. -->"
-END = "<!-- Until here. -->"
-
-
-def page(text: str) -> str:
-    """The whole page with its tables as they have to be."""
-    before, _, rest = text.partition(START)
-    return f"{before}{START}\n\n{tables()}\n{END}{rest.partition(END)[2]}"
-
-
-def tables() -> str:
-    """A row for each key, and one for each that the panel or the command line has."""
-    from selenite.capture.request import PROPERTIES
-
-    lines = ["| key | meaning | left out |", "|---|---|---|"]
-    for item in PROPERTIES:
-        lines.append(f"| `{item.name}` | {_meaning(item)} | {item.left_out} |")
-    lines += ["", "## In the panel and on the command line", ""]
-    lines += ["| key | in the panel | option |", "|---|---|---|"]
-    for item in PROPERTIES:
-        if item.panel is not None or item.option is not None:
-            lines.append(f"| `{item.name}` | {_labels(item)} | {_option(item)} |")
-    return "\n".join(lines) + "\n"
+SCRIPT = Path(__file__).name
 
 
 def _meaning(item: CaptureProperty) -> str:
@@ -49,18 +31,20 @@ def _meaning(item: CaptureProperty) -> str:
         found.append(f"{limits['min']} to {limits['max']}")
     if isinstance(item.kind, Flag):
         found.append("`true` or `false`")
-    return "; ".join(text for text in found if text)
+    return "; ".join(filter(None, found))
 
 
-def _labels(item: CaptureProperty) -> str:
-    return ", ".join(f"*{control.label}*" for control in item.controls())
+def table() -> Iterator[str]:
+    """Lines of Markdown."""
+    from selenite.capture.request import PROPERTIES
+
+    rows = [(f"`{item.name}`", _meaning(item), item.left_out) for item in PROPERTIES]
+    yield from ("", *generated_part.table(("key", "meaning", "default"), rows), "")
 
 
-def _option(item: CaptureProperty) -> str:
-    if item.option is None:
-        return ""
-    words = " ".join([item.flag, *filter(None, [item.metavar])])
-    return f"`{words}`".replace("|", "\\|")  # a bar ends a cell
+def page(text: str) -> str:
+    """The page with its table as the declaration has it now."""
+    return generated_part.replaced(text, SCRIPT, table())
 
 
 def main() -> None:

@@ -14,9 +14,11 @@ from pathlib import Path
 
 import bpy
 
+import generated_part
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "guide" / "node_graphs.md"
-BEGIN, END = "<!-- table: devtools/node_page.py -->", "<!-- end of the table -->"
+SCRIPT = Path(__file__).name
 VERSION = (4, 5)  # of the Blender whose nodes are listed
 
 #: Module of a maker -> heading.
@@ -199,9 +201,7 @@ def table() -> list[str]:
 
 def page(text: str) -> str:
     """The page with its table as the reader has it now."""
-    before, _, rest = text.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n" + "\n".join(table()) + f"\n{END}{after}"
+    return generated_part.replaced(text, SCRIPT, table())
 
 
 def main() -> None:

@@ -151,8 +151,10 @@ def _sources(target: Path) -> None:
     for name in package_checks.DEMO:
         (target / "demo_scene" / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(ROOT / "scenes" / name, target / "demo_scene" / name)
-    # The guide's pages name their pictures as ../pictures.
+    # The guide's pages name their pictures as ../pictures, and the method as ../method.
     shutil.copytree(ROOT / "docs" / "guide", target / "manual")
+    for name in ("method", "measurements"):
+        shutil.copytree(ROOT / "docs" / name, target / name)
     shutil.copytree(
         ROOT / "docs" / "pictures", target / "pictures", ignore=shutil.ignore_patterns(".*")
     )

@@ -19,8 +19,8 @@ ROOMS = (
 )  # fmt: skip
 #: Whose literals are no sentences for a user: pictures, files, tables of names, handlers.
 NOT_SHOWN = (
-    "report/pictures", "fit/old_names.py", "advice/trade/report.py", "cycles_check/worker.py",
-    "interface/problem_words.py", "interface/furniture/links.py",
+    "report/pictures", "report/batch_page.py", "fit/old_names.py", "advice/trade/report.py",
+    "cycles_check/worker.py", "interface/problem_words.py", "interface/furniture/links.py",
 )  # fmt: skip
 _NAMES = "_"  # in a word: a list of identifiers
 _FILLED_LATER = re.compile(r"\{\w+\}")

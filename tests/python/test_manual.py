@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 
 from selenite import cli
-from selenite.capture.request import PROPERTIES
 
 ROOT = Path(__file__).resolve().parents[2]
 GUIDE = ROOT / "docs" / "guide"
 sys.path.insert(0, str(ROOT / "devtools"))
 
 import capture_page  # noqa: E402
+import command_page  # noqa: E402
 import parameter_page  # noqa: E402
 
 
@@ -29,32 +29,33 @@ def test_page_of_parameters_is_the_native_table() -> None:
     )
 
 
-def test_tables_of_captures_are_those_of_the_declaration() -> None:
+def test_table_of_captures_is_that_of_their_declaration() -> None:
     text = capture_page.PAGE.read_text(encoding="utf-8")
     assert capture_page.page(text) == text, (
         "docs/guide/captures.md is out of date: python devtools/capture_page.py"
     )
 
 
-def test_each_synopsis_of_the_guide_has_the_options_of_its_command() -> None:
-    text = (GUIDE / "command_line.md").read_text(encoding="utf-8")
-    commands = next(
-        action.choices for action in cli.build_parser()._actions if action.dest == "command"
+def test_tables_of_options_are_those_of_the_parser() -> None:
+    text = command_page.PAGE.read_text(encoding="utf-8")
+    assert text.count("\n| `--") > 80  # the collector collects
+    assert command_page.page(text) == text, (
+        "docs/guide/command_line.md is out of date: python devtools/command_page.py"
     )
-    for name, parser in commands.items():
-        wanted = {
-            option
-            for action in parser._actions
-            for option in action.option_strings
-            if option.startswith("--") and option not in ("--help", "--json")  # of every command
-        }
-        section = text.partition(f"\n## {name}\n")[2].partition("\n## ")[0]
-        shown = re.findall(r"^`?(selenite .*?)(?:`$|\n```|\n(?=selenite ))", section, re.M | re.S)
-        assert shown, name
-        found = {option for form in shown for option in re.findall(r"--[a-z-]+", form)}
-        if any("[CAPTURES]" in form for form in shown):
-            found |= {"--photo", "--captures", *(item.flag for item in PROPERTIES if item.option)}
-        assert found == wanted
+
+
+def test_tables_of_options_have_each_option_of_each_command() -> None:
+    shared, *sections = "\n".join(command_page.table()).split("\n### Options of ")[1:]
+    of_each = dict(section.partition("\n")[::2] for section in sections)
+    for name, parser in command_page.commands().items():
+        lines = [line for line in shared.splitlines() if re.search(rf"\b{name}\b.*\|$", line)]
+        shown = set(re.findall(r"^\| .*?`(--[a-z-]+)", "\n".join([*lines, of_each[name]]), re.M))
+        assert {row[0].split("`")[1] for row in command_page.rows(parser)} <= shown, name
+
+
+def test_each_command_has_a_section_of_the_guide() -> None:
+    headings = _anchors(command_page.PAGE)
+    assert [name for name in command_page.commands() if name not in headings] == []
 
 
 def test_no_option_of_the_guide_is_made_up() -> None:
@@ -82,8 +83,8 @@ def _anchors(page: Path) -> set[str]:
 
 @pytest.mark.parametrize(
     "page",
-    [*sorted(GUIDE.glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"],
-    ids=lambda path: path.name,
+    [*sorted((ROOT / "docs").glob("*/*.md")), *sorted(ROOT.glob("*.md"))],
+    ids=lambda path: path.relative_to(ROOT).as_posix(),
 )
 def test_links_lead_to_files_and_headings(page: Path) -> None:
     broken = []

@@ -59,8 +59,8 @@ BLENDER_MODULES = {"bpy", "bmesh", "mathutils", "gpu", "blf", "bpy_extras", "add
 ROOMS = (
     "_core", "_image", "problems", "paths", "json_text", "native", "parameters", "atomic_files",
     "grid_files", "mean_free_path", "environments", "scene_read", "write_back", "capture", "fit",
-    "report", "advice", "cycles_check", "importers", "commands", "demo", "cli", "interface",
-    "__main__",
+    "report", "advice", "cycles_check", "importers", "commands", "demo", "cli", "command_process",
+    "interface", "__main__",
 )  # fmt: skip
 
 VAGUE = re.compile(r"(^|_)(utils?|helpers?|common|manager|misc)($|_)")

@@ -7,7 +7,7 @@ from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import TypeVar, cast
 
 from .panel_controls import Binding, Control
-from .value_kinds import Kind, OneOf
+from .value_kinds import Kind
 
 #: In place of the default of what every capture has.
 REQUIRED = object()
@@ -19,8 +19,8 @@ _Value = TypeVar("_Value")
 class Option:
     """How the command line spells a property. name: "" for that of the property. metavar: of its
     value. of_photo: it is given for one photo; otherwise for all that do not say. value: what the
-    option sets where it takes none. help: "" for that of the property; more: what it says
-    beside."""
+    option sets where it takes none. help: "" for that of the property; more: what
+    follows it."""
 
     name: str = ""
     metavar: str | None = None
@@ -59,13 +59,6 @@ class CaptureProperty:
     def is_required(self) -> bool:
         """Whether every capture has it."""
         return self.default is REQUIRED
-
-    @property
-    def metavar(self) -> str | None:
-        """Of the option: what is given with it."""
-        if isinstance(self.kind, OneOf):
-            return "|".join(self.kind.names)
-        return self.option.metavar if self.option is not None else None
 
     def titled(self, file: str) -> str:
         """What a file of it is called in messages."""

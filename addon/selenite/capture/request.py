@@ -64,10 +64,10 @@ class CaptureRequest:
     photo: str = required(File(), "File of the photo", "see [Photos](photos.md)")
     mask: str = declared(
         "", MaskFile("black"), "Picture whose black pixels do not count",
-        left_out="no [mask](#masks)",
+        left_out="no mask", more="see [Masks](#masks)",
         option=Option(
             metavar="PHOTO=FILE", of_photo=True,
-            more="PHOTO: the camera's name, or CAMERA#2 for its second",
+            more="; PHOTO: the camera's name, or CAMERA#2 for its second",
         ),
         panel=Plain("row", Control("mask_path", "Path", "Mask")),
     )  # fmt: skip
@@ -83,8 +83,8 @@ class CaptureRequest:
     silhouette: int | None = declared(
         None, Whole(0, 100), "Only what the camera sees of the fitted objects counts",
         left_out="all counts",
-        more="so many pixels of the comparison are taken off [its rim](#masks)",
-        option=Option(metavar="N", more="N pixels are taken off its rim"),
+        more="so many pixels are taken off [its rim](#masks)",
+        option=Option(metavar="N", more=", N pixels off its rim"),
         panel=Switched(
             "counts",
             Control("use_silhouette", "Bool", "Silhouette"),
@@ -96,10 +96,10 @@ class CaptureRequest:
     )  # fmt: skip
     background: str = declared(
         "", Text(), "What of the photo does not count", left_out="nothing",
-        more='`"border"` or a colour, see [below](#masks)',
+        more='`"border"` or a colour, see [Masks](#masks)',
         option=Option(
             metavar="WHAT",
-            more="border (what joins it in one colour) or R,G,B; with a tolerance: border:0.1",
+            more=": border (what joins it in one colour) or R,G,B; with a tolerance: border:0.1",
         ),
         panel=Background("counts"),
     )  # fmt: skip
@@ -132,13 +132,13 @@ class CaptureRequest:
     )  # fmt: skip
     response: str = declared(
         AUTO_RESPONSE, Response(), "How code values became of light",
-        left_out='`"auto"`: as the file says', more="see [below](#response)",
-        option=Option(metavar="NAME|FILE.csv", more="auto, srgb, linear, gamma:2.2, or a table"),
+        left_out='`"auto"`: from the file', more="see [below](#response)",
+        option=Option(metavar="NAME|FILE.csv", more=": auto, srgb, linear, gamma:2.2, or a table"),
         panel=ResponseMenu("taken"),
     )  # fmt: skip
     clip: tuple[float, float] | None = declared(
         None, Levels(), "Only code values between two levels count",
-        left_out="clipping is [looked for](photos.md#clipping)",
+        left_out="[detected](photos.md#clipping)",
         more="1 at the top of integers: `[0.02, 0.98]`",
         panel=Switched(
             "taken",
@@ -152,8 +152,8 @@ class CaptureRequest:
     )  # fmt: skip
     gain: str = declared(
         "", OneOf(GAINS), "Factor on the render", left_out="that of `--gain`, or none",
-        more='that the fit finds: `"scalar"` is exposure, `"rgb"` white balance too',
-        option=Option(more="that the fit finds for each photo; default: none"),
+        more='the fit finds it: `"scalar"` for exposure, `"rgb"` for white balance too',
+        option=Option(more=" that the fit finds for each photo; default: none"),
         panel=Plain("taken", menu("gain", "Gain", (
             ("NONE", "None", "Exposure and white balance are those of the scene"),
             ("SCALAR", "Exposure", "The fit finds one factor for the photo"),

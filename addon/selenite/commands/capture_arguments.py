@@ -39,7 +39,7 @@ def _add(parser: argparse._ActionsContainer, item: CaptureProperty) -> None:
     option = item.option
     assert option is not None  # noqa: S101 - see `_OPTIONS`
     text = option.help or item.help
-    text = "; ".join(filter(None, [text[0].lower() + text[1:], option.more]))
+    text = f"{text[0].lower()}{text[1:]}{option.more}"
     name, words = item.flag, {"help": text, "metavar": option.metavar}
     if option.of_photo:
         parser.add_argument(name, action="append", default=[], **words)

@@ -40,6 +40,9 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("again, from its record", "fit selenite-fits/2026-01-31_12-00-00/run.json"),
         ("on with a run that was interrupted", "fit --resume selenite-fits/DATE_TIME.unfinished"),
     ),
+    "batch": (
+        ("the fits of a file, or those that are left of it", "batch objects.toml"),
+    ),
     "compare": (
         ("by photos that no fit has seen", "compare selenite-fits/DATE_TIME --captures more.json"),
     ),

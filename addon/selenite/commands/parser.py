@@ -36,6 +36,7 @@ COMMANDS: dict[str, dict[str, str]] = {
     },
     "fits": {
         "fit": "fits parameters to photos",
+        "batch": "runs many fits and makes one table of their results",
         "compare": "judges a fit by photos that it has not seen",
         "next-camera": "ranks places for the next photo by the information it would add",
         "trade": "measures time against error on a scene",
@@ -72,6 +73,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_gradient(commands)
     _add_probe(commands)
     _add_fit(commands)
+    _add_batch(commands)
     _add_compare(commands)
     _add_next_camera(commands)
     _add_trade(commands)
@@ -231,6 +233,17 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     flag = {"action": "store_true"}
     add("--check-in-cycles", **flag, help="renders the fitted values with Cycles and compares")
     add("--set-cycles", **flag, help="sets Cycles in OUT.blend so that it shows what was fitted")
+
+
+def _add_batch(commands: argparse._SubParsersAction) -> None:
+    parser = _command(commands, "batch", ".commands.batch.run")
+    parser.add_argument("file", metavar="FILE.toml", help="a table [[fit]] for each fit")
+    add = parser.add_argument_group("how they run").add_argument
+    jobs = "fits that run at once; each has its share of the threads (%(default)s)"
+    add("--jobs", type=_at_least(1), default=1, metavar="N", help=jobs)
+    add("--again", action="store_true", help="repeats fits that have ended before")
+    out = "gets fits.csv, index.html and a folder for each fit; default: FILE-fits beside FILE"
+    parser.add_argument_group("results").add_argument("--out", metavar="DIR", help=out)
 
 
 def _add_compare(commands: argparse._SubParsersAction) -> None:

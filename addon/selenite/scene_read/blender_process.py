@@ -85,7 +85,7 @@ class BlenderProcess:
         """Returns at once."""
         with (self.folder / "log.txt").open("wb") as log:
             self._process = subprocess.Popen(
-                [*_blender(_WORKER), str(self.folder)],
+                [*blender_words(_WORKER), str(self.folder)],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
@@ -140,13 +140,14 @@ def baked_folder() -> Path:
     return Path(tempfile.gettempdir()) / "selenite-baked" if why_not_folder(folder) else folder
 
 
-def _blender(worker: Path) -> list[str]:
-    """This Blender without a window, or this Python with its module bpy, up to the folder."""
+def blender_words(script: Path) -> list[str]:
+    """Runs a script in this Blender without a window, or in this Python with its module bpy; what
+    follows is for the script."""
     if not bpy.app.binary_path:
-        return [sys.executable, "-P", str(worker)]
+        return [sys.executable, "-P", str(script)]
     trust = "-y" if _runs_scripts() else "-Y"
     words = [bpy.app.binary_path, "-b", "--factory-startup", trust, "-noaudio"]
-    return [*words, "--python-exit-code", "1", "--python", str(worker), "--"]
+    return [*words, "--python-exit-code", "1", "--python", str(script), "--"]
 
 
 def _runs_scripts() -> bool:

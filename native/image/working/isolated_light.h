@@ -15,7 +15,7 @@ namespace selenite {
 /// A pixel is isolated if it is more than three times as bright as all but the brightest of its 8 neighbours.
 /// An edge, a line and a highlight of a lens have two bright pixels side by side. A highlight of one
 /// pixel is isolated too, as bright as its lamp. So the 8 brightest are left out of the share.
-/// False alarms: docs/measurements/fits.md, "Photos that have not converged".
+/// False alarms: docs/measurements/fits.md, "Photos with too few samples".
 class IsolatedLight {
  public:
   /// Of a picture of this size.
