@@ -114,7 +114,7 @@ class CaptureRequest:
     )  # fmt: skip
     transforms: tuple[tuple[str, tuple[float, ...]], ...] = declared(
         (), LampPlaces(), "Where lamps stood, or the file of a table", left_out="as in the scene",
-        more="see [Where a lamp stood](lights_of_captures.md#where-a-lamp-stood)",
+        more="see [Places of lamps](lights_of_captures.md#places-of-lamps)",
     )  # fmt: skip
     frame: int | None = declared(
         None, Whole(-1048574, 1048574),
