@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The guide's table of a capture's keys, from their declaration; a test compares the committed
-page.
+"""The guide's tables of a capture's keys and controls, from their declaration; a test compares the
+committed page.
 
 Run as a script it rewrites docs/guide/captures.md.
 """
@@ -16,6 +16,7 @@ import generated_part
 
 if TYPE_CHECKING:
     from selenite.capture.capture_property import CaptureProperty
+    from selenite.capture.panel_controls import Control
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "guide" / "captures.md"
@@ -34,12 +35,25 @@ def _meaning(item: CaptureProperty) -> str:
     return "; ".join(filter(None, found))
 
 
+def _choices(control: Control) -> str:
+    items = control.keywords.get("items", ())
+    assert isinstance(items, tuple)
+    return ", ".join(title for _, title, *_ in items)
+
+
 def table() -> Iterator[str]:
     """Lines of Markdown."""
     from selenite.capture.request import PROPERTIES
 
     rows = [(f"`{item.name}`", _meaning(item), item.left_out) for item in PROPERTIES]
-    yield from ("", *generated_part.table(("key", "meaning", "default"), rows), "")
+    yield from ("", *generated_part.table(("key", "meaning", "default"), rows))
+    yield from ("", "## Controls", "")
+    controls = [
+        (f"*{control.label}*", f"`{item.name}`", _choices(control), control.help)
+        for item in PROPERTIES
+        for control in item.controls()
+    ]
+    yield from (*generated_part.table(("control", "key", "choices", "meaning"), controls), "")
 
 
 def page(text: str) -> str:
