@@ -34,7 +34,8 @@ class Option:
 class CaptureProperty:
     """kind: of its values. help: one sentence, without its full stop: tooltip, help of the option,
     and the guide. more: what the guide says beside it, in Markdown. left_out: what the default
-    means. option: None: the command line has none. panel: None: a row does not hold it."""
+    means. option: None: the command line has none. panel: None: a row does not hold it. native: the
+    keyword of core.Photo, "" where a fit does not know of it."""
 
     kind: Kind
     help: str
@@ -42,6 +43,7 @@ class CaptureProperty:
     more: str = ""
     option: Option | None = None
     panel: Binding | None = None
+    native: str = ""
     name: str = ""  # of its field, as is the default
     default: object = REQUIRED
 
@@ -89,9 +91,10 @@ def declared(
     more: str = "",
     option: Option | None = None,
     panel: Binding | None = None,
+    native: str = "",
 ) -> _Value:
     """A field of a dataclass with its default."""
-    said = CaptureProperty(kind, help, left_out, more, option, panel)
+    said = CaptureProperty(kind, help, left_out, more, option, panel, native)
     return field(default=default, metadata={_DECLARED: said})
 
 

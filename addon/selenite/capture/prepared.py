@@ -62,8 +62,7 @@ class Capture:
     """A photo and its camera: reference (h, w, 3) float32 linear, weight (h, w) float32 in [0, 1];
     photo_size is (width, height) of the file. aspect: width / height of all that the camera takes;
     that of the reference is only near it, for its width is a whole number. id: see CaptureRequest.
-    align: whether the fit finds a small shift and roll of it.
-    free_gain: what the fit finds of a factor on `gain`, one of GAINS.
+    of_fit: what a fit finds of it, see CaptureRequest.of_fit.
     window: what the photo shows of what the camera takes, left, top, right, bottom in [0, 1].
     gain: factor on what the camera renders, (r, g, b).
     alignment: of its camera, in pixels of the reference to the right and down, and radians about
@@ -82,13 +81,22 @@ class Capture:
     weight: np.ndarray
     aspect: float
     gain: Gain = (1.0, 1.0, 1.0)
-    free_gain: str = "none"
-    align: bool = False
+    of_fit: Mapping[str, object] = field(default_factory=dict)
     lights: LightState = field(default_factory=lambda: dict(AS_IN_SCENE))
     warnings: tuple[str, ...] = ()
     window: tuple[float, float, float, float] = WHOLE
     isolated: float = 0.0
     alignment: Alignment = UNALIGNED
+
+    @property
+    def free_gain(self) -> str:
+        """What the fit finds of a factor on `gain`, one of GAINS."""
+        return str(self.of_fit.get("free_gain", "none"))
+
+    @property
+    def align(self) -> bool:
+        """Whether the fit finds a small shift and roll of it."""
+        return bool(self.of_fit.get("align"))
 
     @property
     def frame(self) -> Frame:
@@ -119,8 +127,9 @@ class Capture:
     def native(self) -> Photo:
         """With its pixels: what a fit compares with."""
         return native.core().Photo(
-            self.camera, self.reference, self.weight, free_gain=self.free_gain, align=self.align,
+            self.camera, self.reference, self.weight,
             frame=self.frame, alignment=self.alignment, **self._taken(),
+            **self.of_fit,  # type: ignore[arg-type]
         )  # fmt: skip
 
     def view(self, size: tuple[int, int] | None = None, *, of_file: bool = True) -> Photo:
@@ -345,8 +354,8 @@ def _finish(
         remarks += [f"{name}: {text}" for text in mask["warnings"]]
     capture = Capture(
         request.id, opened.camera.name, request.photo, opened.size, reference, weight,
-        window.aspect, window=window.fractions, free_gain=request.gain or "none",
-        align=bool(request.align), isolated=info["isolated"],
+        window.aspect, window=window.fractions, of_fit=request.of_fit(),
+        isolated=info["isolated"],
     )  # fmt: skip
     weight = masked(request, reference, weight, inside, opened.silhouette, problems, remarks)
     if problems:

@@ -152,6 +152,7 @@ class CaptureRequest:
     )  # fmt: skip
     gain: str = declared(
         "", OneOf(GAINS), "Factor on the render", left_out="that of `--gain`, or none",
+        native="free_gain",
         more='the fit finds it: `"scalar"` for exposure, `"rgb"` for white balance too',
         option=Option(more=" that the fit finds for each photo; default: none"),
         panel=Plain("taken", menu("gain", "Gain", (
@@ -162,7 +163,7 @@ class CaptureRequest:
     )  # fmt: skip
     align: bool | None = declared(
         None, Flag(), "The fit finds a shift and roll of the photo within 4 pixels",
-        left_out="as `--align` says", more="see [below](#in-the-results)",
+        left_out="as `--align` says", more="see [below](#in-the-results)", native="align",
         option=Option(value=True),
         panel=Plain("taken", Control("align", "Bool", "Align")),
     )  # fmt: skip
@@ -226,6 +227,14 @@ class CaptureRequest:
             item.titled(file): (file, item.kind.left_out)
             for item in PROPERTIES
             if isinstance(item.kind, MaskFile) and (file := getattr(self, item.name))
+        }
+
+    def of_fit(self) -> dict[str, object]:
+        """What a fit finds of the photo, as keywords of core.Photo, which has the same defaults."""
+        return {
+            item.native: getattr(self, item.name)
+            for item in PROPERTIES
+            if item.native and not self.leaves_out(item)
         }
 
     def files(self) -> dict[str, str]:
