@@ -188,7 +188,6 @@ SAID: dict[type, object] = {
     value_kinds.MaskFile: "/b.png",
     value_kinds.Response: "gamma:2.2",
     value_kinds.Whole: 0,
-    value_kinds.Number: 1.0,
     value_kinds.Levels: [0.0, 1.0],
     value_kinds.LampNames: [],
     value_kinds.LampPlaces: {"Key": [1.0, 2.0, 3.0]},
@@ -200,6 +199,8 @@ def said(item: CaptureProperty) -> object:
     """Not the default."""
     if isinstance(item.kind, value_kinds.Pixels):
         return [0] * item.kind.count
+    if isinstance(item.kind, value_kinds.Number):
+        return item.kind.lowest
     if isinstance(item.kind, value_kinds.OneOf):
         return item.kind.names[0]
     if isinstance(item.kind, value_kinds.Flag):

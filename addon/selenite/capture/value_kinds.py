@@ -25,7 +25,9 @@ LARGEST = 1e300
 
 
 class Kind:
-    """Any value."""
+    """Any value. parsed_as: the type of what an option of the command line takes."""
+
+    parsed_as: type[str] | type[int] | type[float] = str
 
     def read(self, key: str, value: object) -> object:
         """From JSON, never null. Raises ValueError, whose text says what is wrong with the key."""
@@ -114,6 +116,7 @@ class Whole(Kind):
 
     lowest: int
     highest: int
+    parsed_as = int
 
     def limits(self) -> dict[str, float]:
         """Both."""
@@ -121,15 +124,11 @@ class Whole(Kind):
 
     def read(self, key: str, value: object) -> int:
         """As it stands."""
-        if type(value) is not int or not self.permits(value):
+        if type(value) is not int or not self.lowest <= value <= self.highest:
             raise ValueError(
                 f"its '{key}' is {value!r}, not a whole number from {self.lowest} to {self.highest}"
             )
         return value
-
-    def permits(self, value: int) -> bool:
-        """Whether a number is in the range."""
-        return self.lowest <= value <= self.highest
 
 
 @dataclass(frozen=True)
@@ -138,6 +137,7 @@ class Number(Kind):
 
     lowest: float
     highest: float
+    parsed_as = float
 
     def limits(self) -> dict[str, float]:
         """Both."""

@@ -48,7 +48,7 @@ def _add(parser: argparse._ActionsContainer, item: CaptureProperty) -> None:
     elif isinstance(item.kind, OneOf):
         parser.add_argument(name, choices=item.kind.names, **words)
     else:
-        parser.add_argument(name, type=int if isinstance(item.kind, Whole) else str, **words)
+        parser.add_argument(name, type=item.kind.parsed_as, **words)
 
 
 def names_photos(args: argparse.Namespace) -> bool:
@@ -124,9 +124,10 @@ def check_silhouette(value: int | None, problems: list[Problem]) -> None:
 
 def check_range(item: CaptureProperty, value: object, problems: list[Problem]) -> None:
     """What argparse has not checked."""
-    kind = item.kind
-    if isinstance(kind, Whole) and isinstance(value, int) and not kind.permits(value):
-        cure = f"give a whole number from {kind.lowest} to {kind.highest}"
+    limits = item.kind.limits()
+    if limits and isinstance(value, (int, float)) and not limits["min"] <= value <= limits["max"]:
+        what = "whole number" if isinstance(item.kind, Whole) else "number"
+        cure = f"give a {what} from {limits['min']} to {limits['max']}"
         problems.append(Problem(f"Argument {item.flag}", f"it is {value}", cure))
 
 
