@@ -16,7 +16,7 @@ from ...advice.information.job import BackgroundJob, Step
 from ...demo import NAME, scenes
 from ..state import SAMPLE, is_idle
 from ..texts import announce
-from ..ticking import CancelsWork, redraw, show_status
+from ..ticking import redraw, show_status
 
 _FILE = "start.blend"
 _POLL = 0.2  # seconds
@@ -119,14 +119,6 @@ class SELENITE_OT_open_sample(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class SELENITE_OT_cancel_sample(CancelsWork):
-    """Stop; the open file stays"""
-
-    bl_idname = "selenite.cancel_sample"
-    bl_label = "Cancel"
-    background = SAMPLE
-
-
 def made_sample() -> Path:
     """At once, in this Blender's folder for temporary files."""
     work = Making()
@@ -182,4 +174,4 @@ def _importable() -> Path:
     return Path(found.origin).parents[1]
 
 
-CLASSES = (SELENITE_OT_open_sample, SELENITE_OT_cancel_sample)
+CLASSES = (SELENITE_OT_open_sample,)
