@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
+from ..atomic_files import write_json
 from ..json_text import read_json
-from ..paths import MISSING, why_not_file
+from ..paths import MISSING, absolute, why_not_file
 from ..problems import BadInput, Problem, choice
 from .lamp_table import LampTable
 from .request import PROPERTIES, CaptureRequest, values_from_json
@@ -56,6 +58,12 @@ def read_captures_file(path: Path) -> tuple[CaptureRequest, ...]:
     if problems:
         raise BadInput(problems)
     return tuple(found)
+
+
+def write_captures_file(path: Path, captures: Iterable[CaptureRequest]) -> None:
+    """The inverse of `read_captures_file`, with whole paths. Raises OSError."""
+    rows = [item.moved(lambda name: str(absolute(name))).as_json() for item in captures]
+    write_json(path, {"schema": SCHEMA, "captures": rows})
 
 
 def _defaults(title: str, values: object) -> dict[str, object]:

@@ -33,6 +33,7 @@ from . import arguments
 from .capture_arguments import captures_from, given_for_captures, stored_captures
 from .environment_arguments import with_environment
 from .fit_results import deliver
+from .fitted import models
 from .fitted.start_result import begin_at, checked, start_folder, starting_there
 from .grouping import grouped
 from .scene import open_scene, reading_of
@@ -53,6 +54,10 @@ _SETTINGS = tuple(field.name for field in fields(FitSettings))
 
 def run(args: argparse.Namespace) -> JsonObject:
     """Fits, writes the result folder and, with --save, the scene. SCENE may be a run.json."""
+    return models.run(args, _run_one) if args.model else _run_one(args)
+
+
+def _run_one(args: argparse.Namespace) -> JsonObject:
     problems: list[Problem] = []
     resumes, out = args.resume is not None, args.out
     unfinished = absolute(args.resume) if resumes else None
