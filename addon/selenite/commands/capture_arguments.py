@@ -62,6 +62,13 @@ def given_for_captures(args: argparse.Namespace) -> list[str]:
     return [name for name in names if getattr(args, name) not in (None, [])]
 
 
+def take_captures(args: argparse.Namespace, file: str) -> None:
+    """Has the captures of a file alone, which says what the options did."""
+    args.photo, args.captures = [], file
+    for item in _OPTIONS:
+        setattr(args, item.argument, [] if item in _OF_PHOTOS else None)
+
+
 def stored_captures(
     args: argparse.Namespace, scene: bpy.types.Scene, problems: list[Problem]
 ) -> list[CaptureRequest]:
