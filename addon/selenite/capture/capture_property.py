@@ -19,8 +19,7 @@ _Value = TypeVar("_Value")
 class Option:
     """How the command line spells a property. name: "" for that of the property. metavar: of its
     value. of_photo: it is given for one photo; otherwise for all that do not say. value: what the
-    option sets where it takes none. help: "" for that of the property; more: what
-    follows it."""
+    option sets where it takes none. help: "" for that of the property. more: what follows it."""
 
     name: str = ""
     metavar: str | None = None

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 Row: TypeAlias = "bpy.types.PropertyGroup"
 #: What a control shows is as if the property were left out.
 LEFT_OUT = object()
-
 #: Parts of the panel, and the group of a row that holds their controls; "" for the row itself.
 PARTS = {"row": "", "counts": "how", "taken": "how", "lights": "lights"}
 #: Identifier, label and tooltip of a menu's items.
@@ -26,8 +25,8 @@ Items = Sequence[tuple[str, str, str]]
 
 @dataclass(frozen=True)
 class Control:
-    """A property of a row. kind: "Bool", "Int", "Float", "IntVector", "FloatVector", "Enum",
-    of bpy.props; "Path": of a file; "Lamp", "Collection": a pointer. help: "" for that of the
+    """A property of a row. kind: "Bool", "Int", "Float", "IntVector", "FloatVector" or "Enum" of
+    bpy.props; "Path": of a file; "Lamp", "Collection": a pointer. help: "" for that of the
     capture's property. keywords: of bpy.props. when: values of other controls of the row with which
     it counts and is drawn. greys: it is always drawn."""
 
