@@ -59,7 +59,7 @@ def fit(roughness, finite_differences, seed, options):
         settings,
     )
     result, cpu = fits.ended(job, options.mesh)
-    found = {key.partition(":")[2]: value for key, value in result["values_last"].items()}
+    found = {key.partition(":")[2]: value for key, value in result.values_last.items()}
     return {n: float(np.abs(np.ravel(found[n]) - np.ravel(true[n])).mean()) for n in true}, cpu
 
 

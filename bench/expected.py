@@ -41,12 +41,12 @@ def measure(name: str, settings: FitSettings, seeds: int, spp: int) -> None:
     for seed in range(seeds):
         plan = subject.plan(subject.start, captures, replace(settings, seed=seed))
         result, errors = subjects.fit(plan, truth)
-        seconds.append(result["cpu_seconds"])
+        seconds.append(result.cpu_seconds)
         for item in truth.unknowns:
             off[item.name].append(errors[item.name])
-            report = result["report"]["parameters"][item.name]
-            if all(report["determined"]):
-                size = np.asarray(report["standard_error"])
+            report = result.report.parameters[item.name]
+            if all(report.determined):
+                size = np.asarray(report.standard_error)
                 size = size / item.start if item.by_ratio else size
                 reported[item.name].append(float(np.sqrt(np.mean(size**2))))
     print(

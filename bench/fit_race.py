@@ -47,24 +47,23 @@ def ours(case, options):
     seconds, errors = [], []
 
     def note():
-        answer = fits.answer_of(job.result()["values_best"])
+        answer = fits.answer_of(job.result().values_best)
         errors.append(cases.mean_error(case, answer))
         seconds.append(time.process_time() - begin)
 
     begin = time.process_time()
     job.start()
     seen = None
-    while job.state()["running"]:
-        state = job.state()
-        now = state["phase"], state["iteration"]
+    while (state := job.progress()).running:
+        now = state.phase, state.iteration
         if now != seen:
             seen = now
             note()
         time.sleep(_POLL)
     job.join()
     note()
-    if job.result()["error"]:
-        raise RuntimeError(f"{case.name}: {job.result()['error']}")
+    if error := job.result().error:
+        raise RuntimeError(f"{case.name}: {error}")
     return {"seconds": seconds, "errors": errors}
 
 

@@ -83,7 +83,7 @@ def fit(scene: Any, taken: list[Any], options: argparse.Namespace) -> float:  # 
     job = native.core().Fit(scene, taken, unknowns, settings)
     job.start()
     job.join()
-    return float(job.result()["cpu_seconds"])
+    return float(job.result().cpu_seconds)
 
 
 def main() -> int:

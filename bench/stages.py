@@ -86,7 +86,7 @@ def measure(name: str, how: str, settings: FitSettings, seeds: int) -> None:
         chosen.append(time.process_time() - begin)
         why[plan.request.staging] += 1
         result, sizes = subjects.fit(plan, truth)
-        seconds.append(result["cpu_seconds"])
+        seconds.append(result.cpu_seconds)
         for item, size in sizes.items():
             off[item].append(size)
     errors = "  ".join(

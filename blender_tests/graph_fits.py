@@ -86,6 +86,12 @@ def _stretched(graph: Graph) -> Any:
     return graph.node("BsdfPrincipled", {**inputs, **highlights})
 
 
+def _filmed(graph: Graph) -> Any:
+    inputs = {"Base Color": (0.02, 0.02, 0.02), "Roughness": 0.3, "IOR": 1.8}
+    film = {"Thin Film Thickness": 420.0, "Thin Film IOR": 1.45}
+    return graph.node("BsdfPrincipled", {**inputs, **film})
+
+
 def _glossy(graph: Graph) -> Any:
     return graph.node("BsdfAnisotropic", {"Color": (0.7, 0.5, 0.3), "Roughness": 0.3})
 
@@ -120,6 +126,11 @@ CASES = {
             "Principled BSDF.Anisotropic Rotation": (0.06,),
             "Principled BSDF.Roughness": (0.3,),
         },
+    ),
+    "thin film": Case(
+        _filmed,
+        {"Principled BSDF.Thin Film Thickness": (420.0,), "Principled BSDF.Roughness": (0.3,)},
+        {"Principled BSDF.Thin Film Thickness": (380.0,), "Principled BSDF.Roughness": (0.4,)},
     ),
     "glossy": Case(
         _glossy,

@@ -5,11 +5,17 @@ What it answers is chosen so that a mix-up shows: the best values are neither th
 last ones, the best iteration is not the last, and no two channels are alike.
 """
 
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 
 from selenite import native
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "python"))
+
+from made_results import made_fit, made_history, made_progress  # noqa: E402
 
 ITERATIONS, BEST_ITERATION = 5, 3
 MEAN_BIAS = (0.125, -0.25, 0.5)
@@ -23,7 +29,9 @@ def _name(unknown):
 
 class RecordingFit:
     """The interface of the native Fit. It "runs" for `polls` looks at its state, or until it is
-    cancelled where that is None."""
+    cancelled where that is None. `captures`: what every result says of photos."""
+
+    captures = {}
 
     def __init__(self, scene, photos, unknowns, settings, polls, shapes, stages=()):
         self.scene, self.photos, self.settings, self.stages = scene, photos, settings, stages
@@ -88,30 +96,28 @@ class RecordingFit:
     def preview(self, _index):
         return None
 
-    def state(self):
+    def progress(self):
         running = "start" in self.calls and not self._cancelled and self._left != 0
         if running and self._left is not None:
             self._left -= 1
         over = "start" in self.calls and not running
-        return {
-            "running": running,
-            "done": over,
-            "error": "",
-            "stopped": self._stopped() if over else native.core().StopReason.NONE,
-            "stopped_because": self._reason() if over else "",
-            "phase": "descent",
-            "phase_fraction": 0.5,
-            "stage": len(self.stages) - 1 if over and self.stages else 0,
-            "iteration": ITERATIONS if over else 1,
-            "own_iteration": ITERATIONS if over else 1,
-            "iterations": self.settings["iterations"],
-            "loss": 0.25,
-            "validation": 0.125,
-            "validation_standard_error": 0.0625,
-            "seconds": 1.5,
-            "seconds_left": 0.0,
-            "values": self.last,
-        }
+        return made_progress(
+            running=running,
+            done=over,
+            stopped=self._stopped() if over else native.core().StopReason.NONE,
+            stopped_because=self._reason() if over else "",
+            phase_fraction=0.5,
+            stage=len(self.stages) - 1 if over and self.stages else 0,
+            iteration=ITERATIONS if over else 1,
+            own_iteration=ITERATIONS if over else 1,
+            iterations=self.settings["iterations"],
+            loss=0.25,
+            validation=0.125,
+            validation_standard_error=0.0625,
+            seconds=1.5,
+            seconds_left=0.0,
+            values=self.last,
+        )
 
     def _stopped(self):
         reasons = native.core().StopReason
@@ -124,7 +130,7 @@ class RecordingFit:
         report = {
             name: {
                 "standard_error": [0.01 * (k + 1) for k in range(len(value))],
-                "interval_90": [[x - 0.02 * (k + 1), x + 0.03] for k, x in enumerate(value)],
+                "interval_90": [(x - 0.02 * (k + 1), x + 0.03) for k, x in enumerate(value)],
                 "determined": [True] * len(value),
                 "at_bound": [None] * len(value),
                 "correlated_with": [None] * len(value),
@@ -132,7 +138,7 @@ class RecordingFit:
             for name, value in self.best.items()
         }
         misfit = {"value": 0.0025, "standard_error": 0.0001, "explained": False}
-        return {
+        return made_fit({
             "values_last": self.last,
             "values_best": self.best,
             "fields_last": self.fields(LAST),
@@ -143,19 +149,16 @@ class RecordingFit:
             "iterations": ITERATIONS,
             "stopped": self._stopped(),
             "stopped_because": self._reason(),
-            "error": "",
             "optimiser": self.settings["optimiser"],
             "samples": 1234,
             "seconds": 1.5,
             "cpu_seconds": 2.5,
             "dropped": 6,
-            "search": {"points": 0, "moved": False, "start_loss": 0.0, "loss": 0.0,
-                       "standard_error": 0.0},
-            "report": {"parameters": report, "passes": 3, "alternative_minima": [],
-                       "ambiguous": [], "misfit": misfit},
-            "history": self.history(),
+            "captures": self.captures,
+            "report": {"parameters": report, "passes": 3, "misfit": misfit},
+            "history": vars(self.history()),
             **({"stages": [self._about(stage) for stage in self.stages]} if self.stages else {}),
-        }  # fmt: skip
+        })  # fmt: skip
 
     def _about(self, stage):
         values = {name: self.best[name] for name in stage.parameters}
@@ -175,7 +178,7 @@ class RecordingFit:
             values[name] = (1 - place) * np.array(first) + place * np.array(self.last[name])
             values[name][BEST_ITERATION] = self.best[name]
         bias = np.array(MEAN_BIAS) * (1 - 0.1 * np.arange(rows))[:, None]
-        return {
+        return made_history({
             "iteration": np.arange(rows),
             "loss": np.linspace(1.0, 0.25, rows),
             "validation": np.linspace(0.9, 0.125, rows),
@@ -186,7 +189,7 @@ class RecordingFit:
                 name: np.tile(value.mean(axis=tuple(range(value.ndim - 1))), (rows, 1))
                 for name, value in self.fields(BEST).items()
             },
-        }
+        })  # fmt: skip
 
 
 class Recorded:

@@ -192,7 +192,7 @@ def panel_fit(tmp_path):
 def test_the_panel_chooses_says_why_and_fits(tmp_path):
     panel_fit(tmp_path)
     assert bpy.ops.selenite.start() == {"FINISHED"}
-    names = [stage["parameters"] for stage in state.RUN.result["stages"]]
+    names = [stage.parameters for stage in state.RUN.result.fit.stages]
     both = ["Body:base_color", "Hidden:base_color"]
     assert names == [both, both[:1], both]
     drawn = " ".join(draw(panels.SELENITE_PT_fit).split())
@@ -216,6 +216,7 @@ def test_the_panel_stays_usable_while_it_looks_and_cancel_ends_it(tmp_path):
     assert start._start(bpy.context)
     state.STAGES.job._thread.join()
     assert start.modal(bpy.context, TIMER) == {"PASS_THROUGH"}
-    assert "Stage 1 of 3: search" in f"Stage {state.RUN.job.progress().stage}"
+    job = state.RUN.job
+    assert job.stage_title(job.progress()) == "1 of 3: search"
     bpy.ops.selenite.cancel()
     assert start._finish(bpy.context) == {"CANCELLED"}

@@ -97,6 +97,21 @@ NODES = {
             "Tangent": TANGENT,
         },
     ),
+    "principled filmed": (
+        "Principled",
+        {"distribution": "MULTI_GGX"},
+        {
+            "Base Color": COLOR,
+            "Metallic": 0.3,
+            "Roughness": 0.5,
+            "Transmission Weight": 0.5,
+            "Specular IOR Level": 0.3,
+            "Specular Tint": (0.9, 1.0, 0.6),
+            "Coat Weight": 0.2,
+            "Thin Film Thickness": 380.0,
+            "Thin Film IOR": 1.7,
+        },
+    ),
     "sheen": ("Sheen", {"distribution": "MICROFIBER"}, {"Color": COLOR, "Roughness": 0.4}),
     "subsurface": (
         "Subsurface",
@@ -177,6 +192,25 @@ def test_squares_under_a_sun_are_those_of_cycles(native, empty_scene, tmp_path, 
     bright = [label for label, value in zip(labels, cycles[1], strict=True) if value.max() > 0]
     assert len(bright) >= 4
     for label, mine, value in zip(labels, ours[1], cycles[1], strict=True):
+        np.testing.assert_allclose(mine, value, rtol=1e-4, atol=1e-6, err_msg=label)
+
+
+@pytest.mark.parametrize("turn", [(0.5, -0.3, 0.4), (2.6, 0.2, 0.4)], ids=["above", "below"])
+def test_squares_whose_normals_point_out_of_their_backs_are_those_of_cycles(
+    native, empty_scene, tmp_path, turn
+):
+    labels = ["lambert", "rough diffuse", "glossy", "glass", "translucent", "metallic", "sheen"]
+    labels += ["principled stretched", "principled filmed"]
+    for x, label in enumerate(labels):
+        square(x, surface(label))
+        mesh = bpy.data.meshes[label]
+        mesh.normals_split_custom_set([(0.2, 0.1, -0.97)] * len(mesh.loops))
+    sun(turn)
+    ours, cycles = render_both(native, tmp_path, (len(labels), ROWS), 1)
+    below = turn[0] > 2
+    for label, mine, value in zip(labels, ours[1], cycles[1], strict=True):
+        # Diffuse light comes from where the normal points; the mirrors of all are black.
+        assert (value.max() > 0) == (below == (label != "translucent")) or value.max() == 0, label
         np.testing.assert_allclose(mine, value, rtol=1e-4, atol=1e-6, err_msg=label)
 
 

@@ -19,7 +19,7 @@ from selenite.capture.request import CaptureRequest
 from selenite.cli import main
 from selenite.fit.request import RunRequest, UnknownRequest, read_run
 from selenite.fit.settings import PRESETS, FitSettings
-from selenite.report import results
+from selenite.report import result_file, results
 
 pytestmark = pytest.mark.blender
 
@@ -257,7 +257,7 @@ def test_fit_finds_the_colour_and_writes_everything(scene, tmp_path, capsys):
     assert row["value"] == pytest.approx([0.2, 0.6, 0.4], abs=0.02)
     assert row["initial"] == pytest.approx([0.8, 0.4, 0.2])
     assert (row["minimum"], row["maximum"], row["unit"]) == (0.0, 1.0, "1")
-    assert report["schema"] == results.SCHEMA
+    assert report["schema"] == result_file.SCHEMA
     folder = Path(report["folder"])
     names = {item.name for item in folder.iterdir()}
     pictures = ("initial", "optimised", "reference", "error")

@@ -94,7 +94,7 @@ def test_the_panel_shows_it_while_the_fit_runs_and_afterwards(tmp_path):
     assert start._finish(bpy.context) == {"FINISHED"}
     drawn = " ".join(draw(panels.SELENITE_PT_fit).split())
     assert "has sat at its minimum 0.7" in drawn
-    notes = tuple(state.RUN.result["notes"])
+    notes = state.RUN.result.notes
     state.RUN.job, state.RUN.progress = object(), SimpleNamespace(
         stage="", iteration=9, iterations=60, seconds_left=1.0, fraction=0.1, loss=0.1, values={},
         notes=notes, phase="descent",

@@ -17,9 +17,9 @@ from selenite.advice.information.job import BackgroundJob
 from selenite.advice.next_camera.candidates import body_of, candidates
 from selenite.advice.next_camera.suggestion import suggestion_of
 from selenite.capture.request import CaptureRequest
-from selenite.fit.capture_render import as_reported
 from selenite.fit.request import RunRequest, UnknownRequest, read_run
 from selenite.fit.settings import FitSettings
+from selenite.report.result_file import StoredResult, stored_result
 from selenite.scene_read.build import build
 
 pytestmark = pytest.mark.blender
@@ -177,10 +177,8 @@ def test_photo_that_a_fit_has_aligned_is_judged_from_its_aligned_camera(tmp_path
     assert fitted["captures"]["Camera"]["shift"][0] == pytest.approx(3.0, abs=0.3)
     request = read_run(Path(fitted["folder"]) / "run.json")
     relative = []
-    for report in (None, fitted):
-        found = suggestion_of(
-            made.read(), request, {}, as_taken=lambda item, of=report: as_reported(item, of)
-        )
+    for stored in (StoredResult(), stored_result(Path(fitted["folder"]))):
+        found = suggestion_of(made.read(), request, {}, as_taken=stored.as_found)
         for _ in found._photos.at_photos():
             pass
         relative.append(found._photos.relative)

@@ -8,19 +8,17 @@ import os
 import resource
 import subprocess
 import sys
-import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import made_scenes as made
-import numpy as np
 import pytest
 from command_line import command
 from pressed_buttons import TIMER, Pressed
 
 from selenite import native
 from selenite.fit import checkpoint
-from selenite.fit.job import Done
 from selenite.report import results
 
 pytestmark = pytest.mark.blender
@@ -100,8 +98,8 @@ class Job:
     def __init__(self):
         self.asked = 0
 
-    def done(self):
-        return Done(True, 7, 1.5)
+    def progress_or_failure(self):
+        return SimpleNamespace(running=True, iteration=7, seconds=1.5)
 
     def request_state(self):
         self.asked += 1
@@ -236,31 +234,6 @@ def test_help_that_nobody_can_read_is_a_failure(words):
     assert done.returncode == 1 and b"the text cannot be written" in done.stderr
 
 
-def test_a_command_that_is_ended_leaves_nothing(tmp_path):
-    """An import that undistorts photos, at the first of them: SIGTERM is what Ctrl+C is."""
-    import reconstructed
-
-    _, words = reconstructed.written(tmp_path)
-    large = native.image().resize(np.full((2, 2, 3), 0.4, np.float32), 4000, 3000)
-    for photo in (tmp_path / "photos").iterdir():
-        native.image().write_exr(str(photo), large)
-    temporary = tmp_path / "temporary"
-    temporary.mkdir()
-    before = files(tmp_path)
-    process = subprocess.Popen(
-        [sys.executable, "-m", "selenite", "import", *words["metashape"], "--undistort",
-         f"--save={tmp_path / 'out.blend'}"],
-        env=os.environ | {"PYTHONPATH": str(ROOT / "addon"), "TMPDIR": str(temporary)},
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-    )  # fmt: skip
-    while process.poll() is None and not (tmp_path / "out_photos").exists():
-        time.sleep(0.05)
-    process.terminate()
-    _, said = process.communicate(timeout=300)
-    assert process.returncode == 1 and b"interrupted" in said, said
-    assert files(tmp_path) == before
-
-
 def test_a_saved_scene_and_a_check_that_fail_cost_no_values(words, tmp_path, capsys, monkeypatch):
     from selenite import write_back
     from selenite.problems import BadInput, Problem
@@ -270,7 +243,7 @@ def test_a_saved_scene_and_a_check_that_fail_cost_no_values(words, tmp_path, cap
         raise BadInput(Problem(f"File '{path}'", "cannot be written (disk full)", "give another"))
 
     monkeypatch.setattr(write_back, "save_copy", refuse)
-    monkeypatch.setattr(blender_process, "_blender", lambda worker: [str(tmp_path / "gone")])
+    monkeypatch.setattr(blender_process, "blender_words", lambda worker: [str(tmp_path / "gone")])
     out, save = tmp_path / "fits", tmp_path / "fitted.blend"
     status, report, said = command(
         capsys, *words, f"--out={out}", f"--save={save}", "--check-in-cycles"
@@ -348,8 +321,6 @@ def test_names_that_become_the_same_file_do_not(tmp_path, capsys):
     stems = report["pictures"]
     assert len({stem.casefold() for stem in stems.values()}) == 4
     assert stems["a_b"] == "a_b"
-    from selenite import native
-
     read = native.image().read
     for index, name in enumerate(names):
         picture = read(f"{report['folder']}/{stems[name]}_reference.exr")[0]
@@ -379,7 +350,7 @@ def test_the_panel_keeps_the_result_and_tells_of_the_record(tmp_path, monkeypatc
         bpy.ops.selenite.stop()
         state.RUN.job.join()
         assert start._finish(bpy.context) == {"FINISHED"}
-    assert any("is not kept" in note for note in state.RUN.result["notes"])
+    assert any("is not kept" in note for note in state.RUN.result.notes)
     assert len(settings.results) == 1
     with monkeypatch.context() as patch:
         patch.setattr(results, "write_json", full)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Faces on top of each other and normals that point backwards are named, where they are seen.
+"""Faces on top of each other are named, where they are seen.
 
 Which of them Cycles shows otherwise was looked at with bpy 4.5: see `geometry/overlaps.py`.
 """
@@ -275,47 +275,6 @@ def test_a_body_that_was_joined_with_its_copy_is_counted() -> None:
     bpy.ops.object.join()
     (text,) = said("lie on each other")
     assert f"': {2 * triangles} of its triangles" in text
-
-
-def turn(mesh, every):
-    """Every so many faces look the other way; how many triangles these are."""
-    faces = [face for face in mesh.polygons if face.index % every == 0]
-    for face in faces:
-        face.flip()
-    mesh.update()
-    return sum(len(face.vertices) - 2 for face in faces)
-
-
-def smooth_ball():
-    made.camera()
-    made.world()
-    return made.sphere("Ball", made.material("Ball", roughness=0.3)).data
-
-
-def test_custom_normals_on_the_back_of_faces_are_named() -> None:
-    mesh = smooth_ball()
-    outwards = [tuple(vertex.co.normalized()) for vertex in mesh.vertices]
-    count = turn(mesh, every=4)
-    mesh.normals_split_custom_set([outwards[loop.vertex_index] for loop in mesh.loops])
-    (text,) = said("point out of their backs")
-    assert text.startswith(f"Object 'Ball': the normals of {count} triangles")
-
-
-def test_a_turned_face_among_others_is_named() -> None:
-    """Blender's normals of its corners are those of its neighbours."""
-    mesh = smooth_ball()
-    count = turn(mesh, every=40)
-    (text,) = said("point out of their backs")
-    assert text.startswith(f"Object 'Ball': the normals of {count} triangles")
-
-
-@pytest.mark.parametrize("scale", [1, -1])
-def test_normals_that_follow_the_faces_are_not(scale: int) -> None:
-    smooth_ball()
-    bpy.ops.mesh.primitive_monkey_add(location=(3, 0, 0))
-    bpy.context.object.scale.x = scale
-    bpy.context.object.data.polygons.foreach_set("use_smooth", [True] * 500)
-    assert said("point out of their backs") == []
 
 
 def test_cycles_shows_a_floor_that_is_there_twice_in_shadow(tmp_path) -> None:

@@ -50,12 +50,8 @@ def aligned(tmp_path, capsys, monkeypatch):
     listed.write_text(json.dumps({"schema": 1, "captures": [captures]}))
     scene = made.save(tmp_path / "scene.blend")
     recorded = recording_fit.install(monkeypatch)
-    found = recording_fit.RecordingFit.result
-
-    def with_shift(self):
-        return found(self) | {"captures": {"Camera": {"residual_rms": 0.1, "shift": SHIFT}}}
-
-    monkeypatch.setattr(recording_fit.RecordingFit, "result", with_shift)
+    shifted = {"Camera": {"residual_rms": 0.1, "shift": SHIFT}}
+    monkeypatch.setattr(recording_fit.RecordingFit, "captures", shifted)
     status, report, printed = command(
         capsys, "fit", scene, f"--captures={listed}", "--fit=Body:roughness", "--height=24",
         "--picture-spp=4", f"--out={tmp_path / 'fits'}",
@@ -235,12 +231,12 @@ def test_moments_have_the_values_of_their_iteration(tmp_path):
     prepare(tmp_path)
     assert bpy.ops.selenite.start("EXEC_DEFAULT") == {"FINISHED"}
     moments = Moments(state.RUN.plan, state.RUN.result)
-    history = state.RUN.result["history"]["values"]["Body:base_color"]
+    history = state.RUN.result.fit.history.values["Body:base_color"]
     for row in range(len(history)):
         found = moments.scene(row).get("Body", "base_color")
         assert found == pytest.approx(history[row], abs=1e-6)
     assert moments.scene(START).get("Body", "base_color") == pytest.approx((0.2, 0.5, 0.8))
-    best = state.RUN.result["values_best"]["Body:base_color"]
+    best = state.RUN.result.fit.values_best["Body:base_color"]
     assert moments.scene(RESULT).get("Body", "base_color") == pytest.approx(np.ravel(best))
     picture = moments.render(Moment(0, 1))
     assert picture.shape == (24, 32, 3)

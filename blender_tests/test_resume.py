@@ -139,7 +139,7 @@ def test_who_stops_a_fit_does_not_wait_for_a_busy_disk(tmp_path, monkeypatch):
     work = Finishing(job, tmp_path, "", recorder)
     list(work.steps())
     assert work.open_record is recorder and recorder.folder.is_dir()
-    assert work.result["values_best"], "the result is there while the disk works"
+    assert work.result.fit.values_best, "the result is there while the disk works"
     written.set()
     assert recorder.close() == () and not recorder.folder.exists()
 
@@ -172,11 +172,11 @@ def test_a_stage_of_a_grid_goes_on_to_the_same_bits(tmp_path):
         time.sleep(0.01)
     again.cancel()
     again.join()
-    first, second = (item.so_far()["history"] for item in (job, again))
-    rows = min(len(first["loss"]), len(second["loss"]))
-    np.testing.assert_array_equal(first["loss"][:rows], second["loss"][:rows])
+    first, second = (item.so_far().history for item in (job, again))
+    rows = min(len(first.loss), len(second.loss))
+    np.testing.assert_array_equal(first.loss[:rows], second.loss[:rows])
     name = "Smoke:albedo_grid"
-    both = [item["field_means"][name][:rows] for item in (first, second)]
+    both = [item.field_means[name][:rows] for item in (first, second)]
     np.testing.assert_array_equal(*both)
     assert rows > done
 
@@ -252,14 +252,12 @@ def test_a_run_stopped_while_its_pictures_were_written_is_not_run_again(tmp_path
     recorder.update(whole, now=True)
     run = checkpoint.load(tmp_path / "run")
     job = finished(prepare(made.read(), run.request), run.state)
-    assert job.progress().fraction == 1 and not job.progress().running
+    assert not job.progress().running
     before, after = whole.result(), job.result()
     for key in ("values_best", "iterations", "samples", "stopped"):
-        assert after[key] == before[key], key
-    assert [item["values"] for item in after["stages"]] == [
-        item["values"] for item in before["stages"]
-    ]
-    np.testing.assert_array_equal(after["history"]["loss"], before["history"]["loss"])
+        assert getattr(after, key) == getattr(before, key), key
+    assert [item.values for item in after.stages] == [item.values for item in before.stages]
+    np.testing.assert_array_equal(after.history.loss, before.history.loss)
 
 
 def test_a_failed_write_leaves_a_run_that_can_be_resumed(words, tmp_path, capsys, monkeypatch):
@@ -339,7 +337,7 @@ def test_a_run_in_blender_is_kept_and_goes_on(tmp_path, monkeypatch):
     run["settings"]["iterations"] = 12
     (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
     assert bpy.ops.selenite.resume(directory=str(folder)) == {"FINISHED"}
-    assert state.RUN.result["iterations"] == 12
+    assert state.RUN.result.fit.iterations == 12
     assert len(settings.results) == 1
     assert not folder.exists()
     with pytest.raises(RuntimeError, match="does not exist"):

@@ -77,7 +77,7 @@ def test_an_own_list_is_built_from_ticks_and_runs(tmp_path):
     assert [(item.name, item.iterations) for item in found] == [("colour", 3), ("stage 2", None)]
     assert bpy.ops.selenite.start() == {"FINISHED"}
     assert [row.parameter for row in settings.results] == ["base_color", "roughness"]
-    assert [item["iterations"] for item in state.RUN.result["stages"]] == [3, 4]
+    assert [item.iterations for item in state.RUN.result.fit.stages] == [3, 4]
 
 
 def test_a_stage_shows_numbers_of_its_own_only(tmp_path):

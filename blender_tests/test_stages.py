@@ -19,6 +19,7 @@ from selenite.fit.plan import prepare
 from selenite.fit.request import RunRequest, UnknownRequest
 from selenite.fit.settings import FitSettings
 from selenite.fit.staging.request import StageRequest
+from selenite.report.finished_fit import FinishedFit
 from selenite.report.results import write_results
 
 pytestmark = pytest.mark.blender
@@ -161,8 +162,8 @@ def test_cancel_keeps_the_best_so_far_in_any_stage(tmp_path, iterations, wanted)
     begin, until = iterations[0] if wanted == 2 else 0, time.monotonic() + 60
     while (state := job.progress()).iteration < begin + 6 and time.monotonic() < until:
         time.sleep(0.01)
-    assert state.stage.startswith(f"{wanted} of 2")
-    assert state.iterations == sum(iterations) and 0 < state.fraction < 1
+    assert job.stage_title(state).startswith(f"{wanted} of 2")
+    assert state.iterations == sum(iterations) and 0 < state.iteration < state.iterations
     assert set(state.values) == {"Body:base_color", "Body:roughness"}
     assert job.preview(0).shape == (12, 16, 3)
     job.cancel()
@@ -170,10 +171,10 @@ def test_cancel_keeps_the_best_so_far_in_any_stage(tmp_path, iterations, wanted)
     state = job.progress()
     assert not state.running and state.stopped_because == "cancelled"
     result = job.result()
-    assert len(result["stages"]) == wanted
-    assert result["values_best"]["Body:base_color"] != [0.8, 0.8, 0.8]  # darker than the start
-    assert (result["values_best"]["Body:roughness"] == [0.5]) == (wanted == 1)
-    folder = write_results(job.plan, result, tmp_path / "out", "4.5", pictures=False)
+    assert len(result.stages) == wanted
+    assert result.values_best["Body:base_color"] != [0.8, 0.8, 0.8]  # darker than the start
+    assert (result.values_best["Body:roughness"] == [0.5]) == (wanted == 1)
+    folder = write_results(job.plan, FinishedFit(result), tmp_path / "out", "4.5", pictures=False)
     assert (folder / "result.json").is_file()
 
 
@@ -183,8 +184,8 @@ def test_a_run_that_is_stopped_at_once_can_be_written(tmp_path):
     job.cancel()
     job.join()
     result = job.result()
-    assert result["stopped_because"] == "cancelled"
-    folder = write_results(job.plan, result, tmp_path / "out", "4.5", pictures=False)
+    assert result.stopped_because == "cancelled"
+    folder = write_results(job.plan, FinishedFit(result), tmp_path / "out", "4.5", pictures=False)
     assert (folder / "history.csv").read_text(encoding="utf-8").startswith("stage,iteration,")
 
 
@@ -193,16 +194,17 @@ def test_join_runs_through_all_stages_without_anyone_polling(tmp_path):
     job.start()
     job.join()
     result = job.result()
-    first, last = result["stages"]
-    assert result["iterations"] == first["iterations"] + last["iterations"] == 9
-    assert result["best_iteration"] == first["iterations"] + last["best_iteration"]
-    assert {name: result["values_best"][name] for name in last["values"]} == last["values"]
-    history = result["history"]
-    assert list(history["stage"]) == [1] * 5 + [2] * 7  # the last row is the refined state
-    assert list(history["iteration"]) == [*range(5), *range(4, 10), 9]
-    begun = {name: list(history["values"][name][5]) for name in first["values"]}
-    assert begun == {name: pytest.approx(value) for name, value in first["values"].items()}
-    assert job.progress().fraction == 1
+    first, last = result.stages
+    assert result.iterations == first.iterations + last.iterations == 9
+    assert result.best_iteration == first.iterations + last.best_iteration
+    assert {name: result.values_best[name] for name in last.values} == last.values
+    history = result.history
+    assert list(history.stage) == [1] * 5 + [2] * 7  # the last row is the refined state
+    assert list(history.iteration) == [*range(5), *range(4, 10), 9]
+    begun = {name: list(history.values[name][5]) for name in first.values}
+    assert begun == {name: pytest.approx(value) for name, value in first.values.items()}
+    ended = job.progress()
+    assert ended.iteration == ended.iterations
 
 
 def test_a_grid_starts_at_the_albedo_that_was_fitted_before_it(tmp_path, capsys):

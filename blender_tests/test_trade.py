@@ -7,6 +7,8 @@ import csv
 import json
 import math
 import time
+from dataclasses import replace
+from types import SimpleNamespace
 
 import made_scenes as made
 import numpy as np
@@ -109,11 +111,12 @@ def test_a_budget_that_nothing_fits_into_leaves_a_table_and_says_so(lit_ball, tm
 
 
 def row_of(name, seconds, errors):
-    mean = sum(errors) / len(errors)
-    return {
-        "name": name, "preset": "", "runs": len(errors), "seconds": seconds, "error": mean,
-        "lowest_error": min(errors), "highest_error": max(errors), "on_front": True,
-    }  # fmt: skip
+    return report.SettingsRow(
+        name=name, preset="", height=24, spp=4, depth=0, iterations=5, runs=len(errors),
+        expected_seconds=1.0, seconds=seconds, cpu_seconds=seconds,
+        error=sum(errors) / len(errors), lowest_error=min(errors), highest_error=max(errors),
+        on_front=True, errors={}, failure=None,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -127,10 +130,12 @@ def row_of(name, seconds, errors):
 )
 def test_any_errors_can_be_plotted(errors):
     rows = [row_of(f"{i}", 1.0 + i, found) for i, found in enumerate(errors)]
-    rows[0]["error"] = rows[0]["lowest_error"] * (1 - 1e-16)  # as rounding may have it
-    content = {"settings": rows, "scene": "/a/$x$^ \udce9.blend"}
-    assert report.plot(content).startswith(b"\x89PNG")
-    assert report.plot(content | {"settings": []}) is None
+    # as rounding may have it
+    rows[0] = replace(rows[0], error=rows[0].lowest_error * (1 - 1e-16))
+    request = SimpleNamespace(scene="/a/$x$^ \udce9.blend")
+    trade = SimpleNamespace(plan=SimpleNamespace(request=request))
+    assert report.plot(report.TradeReport(trade, rows)).startswith(b"\x89PNG")
+    assert report.plot(report.TradeReport(trade, [])) is None
 
 
 def test_without_matplotlib_there_is_a_table_and_a_word(lit_ball, tmp_path, capsys, monkeypatch):

@@ -137,8 +137,8 @@ def main() -> None:
         job.start()
         job.join()
         result = job.result()
-    found = result["fields_best"]["World:environment"]
-    print(result["stopped_because"], result["seconds"], fitted_values(plan, result))
+    found = result.fields_best["World:environment"]
+    print(result.stopped_because, result.seconds, fitted_values(plan, result))
     fitted = scene_at(plan, result)
     true = plan.scene.with_values(
         {("Body", "base_color"): COLOUR, ("Body", "roughness"): (ROUGHNESS,)}

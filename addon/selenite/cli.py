@@ -20,7 +20,7 @@ import traceback
 from collections.abc import Sequence
 from contextlib import redirect_stdout, suppress
 from pathlib import PurePath
-from typing import TYPE_CHECKING, TextIO
+from typing import TextIO
 
 from . import __version__
 from .commands import addon_settings
@@ -29,10 +29,7 @@ from .commands.parser import build_parser
 from .commands.terminal import say
 from .json_text import json_text
 from .native import NativeUnavailable
-from .problems import BadInput, Failed, NotWritten, Problem
-
-if TYPE_CHECKING:
-    from .json_text import JsonObject
+from .problems import BadInput, Failed, NotWritten, Problem, problems_in
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -125,7 +122,7 @@ def _run(argv: Sequence[str], json_out: TextIO) -> int:
     return _report(args.command, _done(args), json_out if args.json else None)
 
 
-def _done(args: argparse.Namespace) -> JsonObject:
+def _done(args: argparse.Namespace) -> dict[str, object]:
     """What the command reports; of one that fails the key "problems" or "error"."""
     args.parser = build_parser()
     try:
@@ -189,13 +186,13 @@ def _as_json(error: BadInput) -> list[dict[str, str]]:
     return [problem.as_json() for problem in error.problems]
 
 
-def _report(command: str, report: JsonObject, json_out: TextIO | None) -> int:
+def _report(command: str, report: dict[str, object], json_out: TextIO | None) -> int:
     """Says what is wrong, writes the object where one is asked for; returns the exit status."""
     status = 0
     if "error" in report:
         say(f"{command}: {' '.join(str(report['error']).split())}")
         status = 1
-    problems = [Problem(**problem) for problem in report.get("problems", ())]  # of `check` too
+    problems = problems_in(report)  # of `check` too
     for line in grouped(problem.line() for problem in problems):
         say(line if line.lower().startswith(f"{command}: ") else f"{command}: {line}")
         status = 2

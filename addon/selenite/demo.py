@@ -12,9 +12,10 @@ import argparse
 import importlib
 import json
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
@@ -24,13 +25,21 @@ from .commands.terminal import say, table
 from .problems import BadInput, Problem
 
 if TYPE_CHECKING:
-    from .json_text import JsonObject
+    from .report.result_file import ResultFile
 
 NAME = "jade_pendant"
 #: Largest permitted error of each parameter: what the demo promises.
 LIMITS = {"base_color": 0.03, "roughness": 0.05, "transmission": 0.05, "ior": 0.05}
 #: Radiance at which the picture of the error is brightest.
 LARGEST_ERROR = 0.2
+
+
+class Truth(TypedDict):
+    """truth.json of the demo's scene."""
+
+    material: str
+    parameters: dict[str, float | list[float]]
+    cameras: list[str]
 
 
 def scenes() -> Path:
@@ -40,7 +49,7 @@ def scenes() -> Path:
     return installed if installed.is_dir() else here.parents[2] / "scenes"
 
 
-def run(args: argparse.Namespace) -> JsonObject:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Fits the demo scene, writes everything to --out, returns the report."""
     from .commands import fit
 
@@ -56,39 +65,32 @@ def run(args: argparse.Namespace) -> JsonObject:
     command = ["fit", str(start_file), *photos]
     command += [f"--fit={truth['material']}:{','.join(truth['parameters'])}"]
     command += [f"--out={out}", f"--save={fitted_file}", "--check-in-cycles"]
-    report = fit.run(args.parser.parse_args(command))
-    if "error" in report:
-        return {"good": False, "fit": report, "error": report["error"]}
+    report = fit.fitted(args.parser.parse_args(command))
+    if report.errors or report.folder is None or report.cycles is None:
+        return {"good": False, "fit": report.as_json(), "error": "; ".join(report.errors)}
 
-    rows = _rows(report, truth)
+    rows = _rows(report.content, truth)
     sheet = out / "contact_sheet.png"
-    _contact_sheet(Path(report["folder"]), truth["cameras"], sheet)
-    table(
-        ("parameter", "start", "fitted", "true", "error", "permitted", ""),
-        [
-            (r["name"], *(f"{r[k]:.4f}" for k in ("start", "fitted", "true", "error", "permitted")),
-             "good" if r["good"] else "MISSED")
-            for r in rows
-        ],
-    )  # fmt: skip
-    good = all(row["good"] for row in rows)
+    _contact_sheet(report.folder, truth["cameras"], sheet)
+    table(("parameter", "start", "fitted", "true", "error", "permitted", ""),
+          [row.cells for row in rows])  # fmt: skip
+    good = all(row.good for row in rows)
     say(f"{'all values within limits' if good else 'some values miss their limits'}; "
-        f"{report['seconds']:.0f} s for the fit; {sheet}")  # fmt: skip
+        f"{report.content.seconds:.0f} s for the fit; {sheet}")  # fmt: skip
     return {
         "good": good,
-        "seconds": report["seconds"],
-        "parameters": rows,
+        "seconds": report.content.seconds,
+        "parameters": [row.as_json() for row in rows],
         "cycles_against_photo": {
-            camera: row["cycles_against_photo"]
-            for camera, row in report["cycles"]["photos"].items()
+            camera: row["cycles_against_photo"] for camera, row in report.cycles["photos"].items()
         },
         "contact_sheet": str(sheet),
         "fitted": str(fitted_file),
-        "fit": report,
+        "fit": report.as_json(),
     }
 
 
-def _scene() -> tuple[ModuleType, JsonObject]:
+def _scene() -> tuple[ModuleType, Truth]:
     folder = scenes()
     truth = folder / NAME / "truth.json"
     if not truth.is_file():
@@ -99,20 +101,50 @@ def _scene() -> tuple[ModuleType, JsonObject]:
     return importlib.import_module(NAME), json.loads(truth.read_text(encoding="utf-8"))
 
 
-def _rows(report: JsonObject, truth: JsonObject) -> list[JsonObject]:
-    """One row per number: start, fitted, true, error and whether it keeps its limit."""
+@dataclass(frozen=True)
+class Row:
+    """One number of a parameter."""
+
+    name: str
+    start: float
+    fitted: float
+    true: float
+    permitted: float
+
+    @property
+    def error(self) -> float:
+        """Fitted minus true."""
+        return self.fitted - self.true
+
+    @property
+    def good(self) -> bool:
+        """Whether it keeps its limit."""
+        return abs(self.error) <= self.permitted
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """For the table."""
+        numbers = (self.start, self.fitted, self.true, self.error, self.permitted)
+        verdict = "good" if self.good else "MISSED"
+        return (self.name, *(f"{number:.4f}" for number in numbers), verdict)
+
+    def as_json(self) -> dict[str, object]:
+        """For --json."""
+        return {
+            "name": self.name, "start": self.start, "fitted": self.fitted, "true": self.true,
+            "error": self.error, "permitted": self.permitted, "good": self.good,
+        }  # fmt: skip
+
+
+def _rows(report: ResultFile, truth: Truth) -> list[Row]:
     rows = []
     for parameter, true in truth["parameters"].items():
-        found = report["parameters"][f"{truth['material']}:{parameter}"]
-        numbers = [np.atleast_1d(x) for x in (found["initial"], found["value"], true)]
+        found = report.parameters[f"{truth['material']}:{parameter}"]
+        numbers = [np.atleast_1d(x) for x in (found.initial, found.value, true)]
         for i, (start, fitted, exact) in enumerate(zip(*numbers, strict=True)):
-            error = float(fitted - exact)
-            rows.append({
-                "name": parameter + (f".{'rgb'[i]}" if len(numbers[0]) > 1 else ""),
-                "start": float(start), "fitted": float(fitted), "true": float(exact),
-                "error": error, "permitted": LIMITS[parameter],
-                "good": abs(error) <= LIMITS[parameter],
-            })  # fmt: skip
+            name = parameter + (f".{'rgb'[i]}" if len(numbers[0]) > 1 else "")
+            values = float(start), float(fitted), float(exact)
+            rows.append(Row(name, *values, LIMITS[parameter]))
     return rows
 
 

@@ -9,13 +9,10 @@ import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from .paths import why_not_file
 
 _SURROGATE = re.compile("[\ud800-\udfff]")
-#: What a report or a file holds, for code that knows its keys; for other code it is an object.
-JsonObject = dict[str, Any]
 #: Bytes of a file that a person may have written.
 LARGEST = 64 << 20
 
@@ -27,7 +24,7 @@ def json_text(data: Mapping[str, object], indent: int | None = None) -> str:
     return _SURROGATE.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
-def read_json(path: Path, largest: int = LARGEST) -> Any:  # whatever it holds
+def read_json(path: Path, largest: int = LARGEST) -> object:
     """What a file holds. Raises ValueError, whose text says why it can't be read."""
     if why := why_not_file(path):
         raise ValueError(why)
@@ -36,7 +33,8 @@ def read_json(path: Path, largest: int = LARGEST) -> Any:  # whatever it holds
             # The size comes first: read(largest) would reserve as much for a file of any size.
             if os.fstat(file.fileno()).st_size > largest:
                 raise ValueError(f"it has more than {largest >> 20} MiB")
-            return json.loads(file.read().decode("utf-8-sig"))
+            found: object = json.loads(file.read().decode("utf-8-sig"))
+            return found
     except OSError as error:
         raise ValueError((error.strerror or str(error)).lower()) from error
     except RecursionError as error:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import importlib
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import TYPE_CHECKING, cast
 
 from . import __version__
 
@@ -32,6 +33,17 @@ if TYPE_CHECKING:
         FisherInformation = _core.FisherInformation
         Evaluator = _core.Evaluator
         StopReason = _core.StopReason
+        Progress = _core.Progress
+        ParameterConfidence = _core.ParameterConfidence
+        Misfit = _core.Misfit
+        WeakDirection = _core.WeakDirection
+        TrustReport = _core.TrustReport
+        FoundPhoto = _core.FoundPhoto
+        History = _core.History
+        FoundStage = _core.FoundStage
+        Search = _core.Search
+        ModelError = _core.ModelError
+        FitResult = _core.FitResult
         Stage = _core.Stage
         Fit = _core.Fit
         prepare = staticmethod(_core.prepare)
@@ -79,12 +91,12 @@ class NativeUnavailable(RuntimeError):
 
 def core() -> Core:
     """Scene, renderer and fit (`_core`). Raises NativeUnavailable."""
-    return _load("_core")
+    return cast("Core", _load("_core"))
 
 
 def image() -> Image:
     """Reading and writing of pictures (`_image`). Raises NativeUnavailable."""
-    return _load("_image")
+    return cast("Image", _load("_image"))
 
 
 def why_unavailable() -> str:
@@ -98,7 +110,7 @@ def why_unavailable() -> str:
 
 
 @cache
-def _load(name: str) -> Any:  # a Core or an Image
+def _load(name: str) -> ModuleType:
     try:
         module = importlib.import_module(f".{name}", __package__)
     except ImportError as error:

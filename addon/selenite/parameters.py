@@ -7,13 +7,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from . import native
 
 if TYPE_CHECKING:
     from ._core import ParameterRow
 
+T = TypeVar("T")
 Values = tuple[float, ...]
 
 
@@ -89,6 +90,11 @@ def row_of(row: ParameterRow) -> Parameter:
 def of(owner: str) -> list[Parameter]:
     """Parameters of one kind of owner: "material", "light" or "world"."""
     return [parameter for (kind, _), parameter in table().items() if kind == owner]
+
+
+def plain(values: Sequence[T]) -> T | Sequence[T]:
+    """For JSON: a number, or a list of one for each channel."""
+    return values[0] if len(values) == 1 else list(values)
 
 
 def split_name(text: str) -> tuple[str, str]:

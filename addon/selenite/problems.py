@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -26,6 +26,12 @@ class Problem:
     def as_json(self) -> dict[str, str]:
         """Keys object, cause, cure."""
         return {"object": self.object, "cause": self.cause, "cure": self.cure}
+
+
+def problems_in(report: Mapping[str, object]) -> list[Problem]:
+    """Those of the key "problems" of a report, see `Problem.as_json`."""
+    found = report.get("problems")
+    return [Problem(**item) for item in found] if isinstance(found, list) else []
 
 
 class BadInput(Exception):

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from selenite import native, parameters
 
 from . import scenes
 from .cases import GRID_START, IMAGE_START, Case
+
+if TYPE_CHECKING:
+    from selenite._core import Fit, FitResult
 
 #: Samples a pixel of the derivatives that say how much of a texel the photos show.
 _TEXEL_SPP = 64
@@ -79,7 +82,7 @@ def job_of(case: Case, scene: Any, pictures: np.ndarray, settings: dict[str, Any
     return core.Fit(scene, captures, unknowns, settings)
 
 
-def ended(job: Any, name: str) -> tuple[dict[str, Any], float]:  # noqa: ANN401
+def ended(job: Fit, name: str) -> tuple[FitResult, float]:
     """Result and CPU seconds of a native Fit. Raises RuntimeError with its name and what stopped
     it."""
     begin = time.process_time()
@@ -87,8 +90,8 @@ def ended(job: Any, name: str) -> tuple[dict[str, Any], float]:  # noqa: ANN401
     job.join()
     cpu = time.process_time() - begin
     result = job.result()
-    if result["error"]:
-        raise RuntimeError(f"{name}: {result['error']}")
+    if result.error:
+        raise RuntimeError(f"{name}: {result.error}")
     return result, cpu
 
 

@@ -6,12 +6,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .cases import Case, errors, mean_error, seen
 from .fits import answer_of
+
+if TYPE_CHECKING:
+    from selenite._core import FitResult, TrustReport
 
 LEVELS = (0.1, 0.05, 0.02)
 #: A fit is wrong above the one mean error, right below the other.
@@ -29,11 +32,11 @@ COLUMNS = (
 
 
 def row(
-    label: str, case: Case, result: dict[str, Any], cpu_seconds: float,
+    label: str, case: Case, result: FitResult, cpu_seconds: float,
     texel_weights: np.ndarray | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """One fit as a row of the table. texel_weights: see `fits.texel_weights`; None: all alike."""
-    answer = answer_of(result["values_best"])
+    answer = answer_of(result.values_best)
     found = errors(case, answer)
     line = {name: "" for name in COLUMNS} | {
         "label": label,
@@ -45,50 +48,50 @@ def row(
         "seed": case.seed,
         "mean_error": mean_error(case, answer),
         "cpu_seconds": cpu_seconds,
-        "samples": result["samples"],
-        "validation": result["best_validation"],
-        "validation_standard_error": result["best_validation_standard_error"],
-        "best_iteration": result["best_iteration"],
-        "optimiser": result["optimiser"],
+        "samples": result.samples,
+        "validation": result.best_validation,
+        "validation_standard_error": result.best_validation_standard_error,
+        "best_iteration": result.best_iteration,
+        "optimiser": result.optimiser,
         "answer": " ".join(f"{x:.5g}" for value in answer.values() for x in np.ravel(value)),
     }
     if case.albedo_grid is not None:
-        voxels = result["fields_best"]["Body:albedo_grid"]
+        voxels = result.fields_best["Body:albedo_grid"]
         line["grid_error"] = float(np.abs(voxels - case.albedo_grid).mean())
     if case.image is not None:
         # Of sRGB code values; nothing moves a texel that no photo shows.
-        off = np.abs(result["fields_best"]["Body:base_color_texture"] - case.image)
+        off = np.abs(result.fields_best["Body:base_color_texture"] - case.image)
         line["image_error"] = float(np.average(off, weights=texel_weights))
-    return line | found | trust(case, answer, result.get("report"))
+    return line | found | trust(case, answer, result.report)
 
 
-def trust(case: Case, answer: dict[str, Any], reported: dict[str, Any] | None) -> dict[str, Any]:
+def trust(case: Case, answer: dict[str, Any], reported: TrustReport) -> dict[str, Any]:
     """How many intervals were given and how many hold the truth."""
-    if not reported or not reported["parameters"]:
+    if not reported.parameters:
         return {}
     intervals = covered = 0
     undetermined, z = [], []
     for name, truth in case.target.items():
-        entry = reported["parameters"][f"Body:{name}"]
+        entry = reported.parameters[f"Body:{name}"]
         for i, true in enumerate(truth):
             label = f"{name}[{i}]" if len(truth) > 1 else name
-            if not entry["determined"][i]:
+            if not entry.determined[i]:
                 undetermined.append(label)
                 continue
-            low, high = entry["interval_90"][i]
+            low, high = entry.interval_90[i]
             intervals += 1
             covered += seen(name, low) <= seen(name, true) <= seen(name, high)
-            error = max(entry["standard_error"][i], 1e-12)
+            error = max(entry.standard_error[i], 1e-12)
             z.append(f"{label}={(np.ravel(answer[name])[i] - true) / error:.2f}")
-    misfit = reported["misfit"]
+    misfit = reported.misfit
     return {
         "intervals": intervals,
         "covered": covered,
         "undetermined": " ".join(undetermined),
-        "misfit": misfit["value"],
-        "misfit_standard_error": misfit["standard_error"],
-        "explained": int(misfit["explained"]),
-        "alternative_minima": len(reported["alternative_minima"]),
+        "misfit": misfit.value,
+        "misfit_standard_error": misfit.standard_error,
+        "explained": int(misfit.explained),
+        "alternative_minima": len(reported.alternative_minima),
         "zscores": " ".join(z),
     }
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from selenite.fit.settings import FitSettings
 from selenite.fit.unknowns import Unknown
 
 from . import cases, fits
+
+if TYPE_CHECKING:
+    from selenite._core import FitResult
 
 DEMO = "demo"
 _PHOTO_SEED = 987654321
@@ -80,7 +83,7 @@ def subject(name: str) -> Subject:
     return Subject(scene, demo.MATERIAL, demo.TRUTH, demo.START, width / height)
 
 
-def fit(plan: FitPlan, truth: FitPlan) -> tuple[dict[str, Any], dict[str, float]]:
+def fit(plan: FitPlan, truth: FitPlan) -> tuple[FitResult, dict[str, float]]:
     """(result of the whole fit, error of each unknown); truth: a plan at the true values."""
     job = FitJob(plan)
     job.start()

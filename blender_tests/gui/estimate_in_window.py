@@ -44,7 +44,7 @@ def steps():
     yield lambda: state.RUN.result is not None and not state.RUN.is_active
     yield 0.5
     picture("staged")
-    names = [stage["name"] for stage in state.RUN.result["stages"]]
+    names = [stage.name for stage in state.RUN.result.fit.stages]
     assert names == ["search", "without Base Color of Hidden", "everything"]
     assert state.RUN.plan.request.staging.startswith("Base Color of Hidden last")
 

@@ -45,7 +45,7 @@ def steps():
     state.RUN.recorder = None  # as if Blender had ended here
     press_escape()
     yield lambda: not state.RUN.is_active
-    assert [stage["iterations"] > 0 for stage in state.RUN.result["stages"]] == [True, True]
+    assert [stage.iterations > 0 for stage in state.RUN.result.fit.stages] == [True, True]
     yield 0.5
     picture("remarks")
 

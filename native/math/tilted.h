@@ -98,6 +98,10 @@ Tilted<S> log1p(const Tilted<S>& x) {
   return Tilted<S>(chain(x.dual(), std::log1p(x.value()), 1 / (1 + x.value())));
 }
 template <class S>
+Tilted<S> cos(const Tilted<S>& x) {
+  return Tilted<S>(cos(x.dual()));
+}
+template <class S>
 Tilted<S> acos(const Tilted<S>& x) {
   // The slope at an angle of 0 has no limit; where the angle counts, its sine is a factor.
   const S c = x.value(), sine = std::sqrt(std::max((1 - c) * (1 + c), S(1e-12)));

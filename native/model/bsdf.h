@@ -147,6 +147,9 @@ class PrincipledBsdf {
     }
   };
 
+  /// Whether the bent normal is on the viewer's side. Lobes of micronormals are black where it is not.
+  mask_t<S> faced() const { return wi_.z > S(0); }
+
   // What a lobe adds in lanes where it gives nothing, by its mask, is exactly 0: its factors there are
   // those of a direction that it does reach, or are selected away before they meet the others.
 
@@ -163,7 +166,7 @@ class PrincipledBsdf {
     // belongs to neither side, unless a lobe has drawn it: as in Cycles 4.5.
     const mask_t<S> below = dot(point_.ng, wo) < S(0);
     const mask_t<S> astray = below ^ (o.z < S(0));
-    const mask_t<S> sided = (o.z != S(0)) & (drawn.known | !astray);
+    const mask_t<S> sided = faced() & (o.z != S(0)) & (drawn.known | !astray);
     if (const mask_t<S> behind = sided & below; through_.spreads && active_.some(behind))
       add_refraction<kValue, kDensity>(o, drawn, behind, f, p);
     if (const mask_t<S> before = sided & !below; active_.some(before))
@@ -235,7 +238,7 @@ class PrincipledBsdf {
     };
     if (layers_.glass_apart()) {
       if (through_.spreads) {
-        if constexpr (kValue) f += layers_.glass.at(cos_m) * shape(layers_.through_width2);
+        if constexpr (kValue) f += layers_.glass_at(cos_m) * shape(layers_.through_width2);
         if constexpr (kDensity)
           p += layers_.pick[kGlass] * layers_.reflected_share(cos_m) * seen(through_);
       }
@@ -299,6 +302,7 @@ class PrincipledBsdf {
     if (!active_.some(reached)) return;
     const S tan2_i = tangent2(wi_), tan2_o = tangent2(o);
     if constexpr (kValue) {
+      const bool filmed = layers_.has_filmed_glass();
       const T shape =
           narrow(layers_.through_width2, layers_.eta, [&](const auto& width2, const auto& n) {
             using N = std::decay_t<decltype(n)>;
@@ -306,13 +310,16 @@ class PrincipledBsdf {
             const Refraction<X> g(wi_, o, n, drawn);
             const X lobe = refracted_flow(cos_i_, X(layers_.normals(g.r2, g.z2, width2)), g, n) *
                            layers_.shadowing(tan2_i, tan2_o, width2);
-            if (layers_.bare_refraction) return lobe;
+            if (layers_.bare_refraction || filmed) return lobe;
             if constexpr (std::is_same_v<X, S>)
               return X(lobe * (1 - layers_.glass.rise.value_at(g.cos_m)));
             else
               return X(lobe * (X(1) - dielectric_rise(g.cos_m, N((n - N(1)) * (n + N(1))))));
           });
-      f += layers_.glass_through * select(reached, shape, T(0));
+      if (filmed)
+        f += filmed_passing(o, drawn) * select(reached, shape, T(0));
+      else
+        f += layers_.glass_through * select(reached, shape, T(0));
     }
     if constexpr (kDensity) {
       const Refraction<S> g(wi_, o, eta, drawn);
@@ -321,6 +328,19 @@ class PrincipledBsdf {
           refracted_flow(cos_i_, S(ggx_normals(g.r2, g.z2, through_.width2)), g, eta) /
           (1 + through_.lambda_i);
       p += select(reached, density, S(0));
+    }
+  }
+
+  /// Share of the light that a film on glass lets through to o.
+  Color<T> filmed_passing([[maybe_unused]] const Vec3<S>& o,
+                          [[maybe_unused]] const DrawnNormal<S>& drawn) const {
+    if constexpr (kIsLanes<S>) {
+      return {};
+    } else {
+      const T cos_m = narrow(layers_.eta, [&](const auto& n) {
+        return Refraction<std::decay_t<decltype(n)>>(wi_, o, n, drawn).cos_m;
+      });
+      return layers_.glass_film->transmit(layers_.glass, cos_m);
     }
   }
 

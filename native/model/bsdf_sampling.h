@@ -97,7 +97,7 @@ inline void PrincipledBsdf<T>::mirror_or_refract(const Choice& choice, const S& 
       }
   }
   const S cos_m = dot(wi_, m);
-  Mask exists = chosen & (cos_m > S(0));
+  Mask exists = chosen & faced() & (cos_m > S(0));
   if (!active_.some(exists)) return;
   if (!layers_.version1 && active_.some(exists & glass))
     refracted = glass & (choice.left >= layers_.pick[kGlass] * layers_.reflected_share(cos_m));
@@ -160,7 +160,7 @@ inline void PrincipledBsdf<T>::weigh_singular(const Proposal& proposal, Color<T>
       probability += layers_.base_reflection_pick(cos_m);
     }
     if (layers_.glass_apart() && through_.singular) {
-      sum += layers_.glass.at(cos_m);
+      sum += layers_.glass_at(cos_m);
       probability += layers_.pick[kGlass] * layers_.reflected_share(cos_m);
     }
     if (layers_.has(kCoat) && coat_.singular) {
@@ -171,8 +171,7 @@ inline void PrincipledBsdf<T>::weigh_singular(const Proposal& proposal, Color<T>
     p = select(mirrored, probability, p);
   }
   if (active_.some(through)) {
-    const T passing = T(1) - layers_.glass.rise.at(cos_m);
-    f = select(through, layers_.glass_through * passing, f);
+    f = select(through, layers_.glass_passing(cos_m), f);
     p = select(through, S(layers_.pick[kGlass] * (1 - layers_.reflected_share(cos_m))), p);
   }
 }

@@ -12,6 +12,7 @@
 #include "model/micronormals.h"
 #include "model/narrow.h"
 #include "model/ray_kind.h"
+#include "model/thin_film.h"
 #include "model/top_lobes.h"
 
 namespace selenite {
@@ -38,6 +39,9 @@ struct LayerWeights {
   U width2{}, coat_width2{};     ///< squared GGX widths
   U through_width2{};            ///< of the refraction, which version 1 may make wider
   Gloss<T> specular, glass, coat;
+  /// What films make of the specular lobe and of glass.
+  std::conditional_t<kIsLanes<S>, std::tuple<>, std::optional<FilmedInterface<T>>> specular_film,
+      glass_film;
   MetalFresnel<U> metal;
   std::conditional_t<kIsLanes<S>, std::tuple<>, TopLobes<T>> top;
   std::array<Color<T>, kTopLobes> top_weight{};  ///< of each, its albedo included
@@ -147,11 +151,33 @@ struct LayerWeights {
     if (!reflects) glass.flat = glass.risen = {};
     if (!refracts) glass_through = {};
   }
+  bool has_filmed_glass() const {
+    if constexpr (kIsLanes<S>)
+      return false;
+    else
+      return glass_film.has_value();
+  }
+  /// Weighted Fresnel terms of what glass reflects and lets through, and of the specular lobe.
+  Color<T> glass_at(S cos_m) const {
+    if constexpr (!kIsLanes<S>)
+      if (glass_film) return glass_film->reflect(glass, T(cos_m));
+    return glass.at(cos_m);
+  }
+  Color<T> glass_passing(S cos_m) const {
+    if constexpr (!kIsLanes<S>)
+      if (glass_film) return glass_film->transmit(glass, T(cos_m));
+    return glass_through * T(T(1) - glass.rise.at(cos_m));
+  }
+  Color<T> specular_at(S cos_m) const {
+    if constexpr (!kIsLanes<S>)
+      if (specular_film) return specular_film->reflect(specular, T(cos_m));
+    return specular.at(cos_m);
+  }
   /// Weighted Fresnel terms of the reflections that share the base roughness.
   Color<T> base_reflectance(S cos_m) const {
     Color<T> sum{};
-    if (has(kSpecular)) sum += specular.at(cos_m);
-    if (has(kGlass) && !glass_apart()) sum += glass.at(cos_m);
+    if (has(kSpecular)) sum += specular_at(cos_m);
+    if (has(kGlass) && !glass_apart()) sum += glass_at(cos_m);
     if (has(kMetal)) sum += metal_weight * metal.at(cos_m);
     return sum;
   }

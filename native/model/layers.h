@@ -24,16 +24,17 @@ struct Layers : LayerWeights<T> {
   using typename Weights::R, typename Weights::S, typename Weights::U;
   using Weights::bare_refraction, Weights::coat, Weights::coat_width2, Weights::diffuse,
       Weights::emission, Weights::entry_eta, Weights::entry_width2, Weights::eta, Weights::glass,
-      Weights::glass_flat, Weights::glass_least, Weights::glass_most, Weights::glass_through,
-      Weights::glass_tint, Weights::macro_reflected, Weights::metal, Weights::metal_weight,
-      Weights::pick, Weights::present, Weights::retro_roughness, Weights::rough_diffuse,
-      Weights::specular, Weights::subsurface, Weights::through_width2, Weights::top,
-      Weights::top_weight, Weights::transparency, Weights::version1, Weights::width2;
+      Weights::glass_film, Weights::glass_flat, Weights::glass_least, Weights::glass_most,
+      Weights::glass_through, Weights::glass_tint, Weights::macro_reflected, Weights::metal,
+      Weights::metal_weight, Weights::pick, Weights::present, Weights::retro_roughness,
+      Weights::rough_diffuse, Weights::specular, Weights::specular_film, Weights::subsurface,
+      Weights::through_width2, Weights::top, Weights::top_weight, Weights::transparency,
+      Weights::version1, Weights::width2;
 
   /// cos_i: viewer's cosine to the bent normal of the specular lobes, > 0. active: the lanes that
   /// decide whether a lobe is there.
   Layers(const Principled<U>& m, const Flavour& flavour, const SurfacePoint<S>& point, S cos_i,
-         const mask_t<S>& active, const U& anisotropy = U(0))
+         const mask_t<S>& active, const U& anisotropy = U(0), const ThinFilm<U>& film = {})
       : cos_i_(cos_i),
         active_(active),
         compensate_(flavour.distribution == Flavour::Distribution::kMultiGgx),
@@ -46,6 +47,8 @@ struct Layers : LayerWeights<T> {
     if constexpr (!kIsLanes<S>) {
       mirror_roughness_ = this->stretch_by(roughness, anisotropy);
       if (this->stretched) width2 = square(square(mirror_roughness_));
+      filmed_ = value_of(film.thickness) > kThinnestFilm || has_slope(film.thickness);
+      if (filmed_) film_ = {film.thickness, max(film.ior, T(S(1e-5)))};
     }
     if (version1) {
       stack_version1(m, alpha, point.backfacing);
@@ -104,7 +107,7 @@ struct Layers : LayerWeights<T> {
     const U ior = max(m.ior, U(R(1e-5)));
     const U transmission = clamp01(m.transmission);
     if (matters(below * (w * transmission)))
-      add_glass(m, roughness, point.backfacing ? U(1) / ior : ior, w * transmission);
+      add_glass(m, roughness, ior, point.backfacing, w * transmission);
     w = w * (U(1) - transmission);
 
     if (matters(below * w)) {
@@ -264,12 +267,13 @@ struct Layers : LayerWeights<T> {
                              has_slope(metal.bump) || has_slope(width2) || this->stretch_moves();
   }
 
-  void add_glass(const Principled<U>& m, const U& roughness, const U& eta_seen, const T& weight) {
+  void add_glass(const Principled<U>& m, const U& roughness, const U& ior, bool backfacing,
+                 const T& weight) {
     // Slope of the root of the base colour stops growing at 1e-6.
     const Color<U> tint = map(base01(m), [](const U& b) { return capped_root(b, R(1e-3)); });
-    const auto d = Dielectric<U>::from_ior(eta_seen);
+    eta = backfacing ? U(1) / ior : ior;
+    const auto d = Dielectric<U>::from_ior(eta);
     const Color<U> f0 = map(m.specular_tint, [&](const U& t) { return clamp01(t) * d.normal; });
-    eta = eta_seen;
     Color<T> lobe(weight);
     if (compensate_) {
       const AlbedoTables& tables = AlbedoTables::get();
@@ -289,12 +293,21 @@ struct Layers : LayerWeights<T> {
     glass_tint = mean_channel(value_of(tint * (Color<U>(U(1)) - f0)));
     if (has_slope(f0)) glass_least = R(0.05);
     if (has_slope(tint)) glass_most = R(0.95);
+    if constexpr (!kIsLanes<S>) {
+      if (filmed_) {
+        const ThinFilm<T> seen{film_.thickness, backfacing ? film_.ior * eta : film_.ior};
+        glass_film.emplace(seen, eta, d.normal, tint);
+        glass_least = max(glass_least, R(0.05)), glass_most = min(glass_most, R(0.95));
+      }
+    }
     present[kGlass] = true;
     const S rise = glass.rise.value_at(cos_i_);
     estimate_[kGlass] =
         value_of(weight) * (glass_flat + (1 - glass_flat) * rise + glass_tint * (1 - rise));
     carries_slope_[kGlass] =
         moves(glass) || active_.move(glass_through) || has_slope(eta) || has_slope(width2);
+    if constexpr (!kIsLanes<S>)
+      if (glass_film && glass_film->moves()) carries_slope_[kGlass] = true;
   }
 
   /// Interface whose reflectance at normal incidence is given; the far side may be the thinner one.
@@ -320,12 +333,39 @@ struct Layers : LayerWeights<T> {
       entry_eta = value_of(m.specular_level) == R(0.5) && !has_slope(m.specular_level)
                       ? ior
                       : of_reflectance(reflectance, thinner).eta;
+    if constexpr (!kIsLanes<S>)
+      if (filmed_)
+        return add_filmed_specular(m, roughness, of_reflectance(reflectance, thinner), w);
     if (value_of(reflectance) == 0 && !has_slope(reflectance)) return;
     const auto interface = [thinner](const auto& x) { return of_reflectance(x, thinner); };
     specular = layer(reflectance, interface, map_tint(m.specular_tint, nonnegative), roughness,
                      compensate_, U(1), w, estimate_[kSpecular]);
     present[kSpecular] = true;
     carries_slope_[kSpecular] = moves(specular) || has_slope(width2) || this->stretch_moves();
+  }
+
+  /// Takes from w what the film reflects at the viewer's cosine, not at the micronormals, as Cycles.
+  void add_filmed_specular(const Principled<T>& m, const T& roughness, const Dielectric<T>& d,
+                           T& w) requires(!kIsLanes<T>) {
+    specular_film.emplace(film_, d.eta, d.normal);
+    specular.rise = DielectricRise<T>(d.excess);
+    for (int c = 0; c < 3; ++c) {
+      const auto terms = reflection<T>(roughness, d, nonnegative(m.specular_tint[c]), compensate_);
+      specular.flat[c] = terms[0];
+      specular.risen[c] = terms[1];
+    }
+    Color<T> seen = specular_film->reflect(specular, T(cos_i_));
+    if (compensate_) seen = seen * AlbedoTables::get().mirror(roughness, cos_i_);
+    T reflected(0);
+    for (int c = 0; c < 3; ++c)
+      if (!blocked_[c]) reflected = max(reflected, seen[c]);
+    specular.flat = specular.flat * w;
+    specular.risen = specular.risen * w;
+    estimate_[kSpecular] = value_of(reflected) * value_of(w);
+    w = w * clamp01(T(1) - reflected);
+    present[kSpecular] = true;
+    carries_slope_[kSpecular] =
+        moves(specular) || specular_film->moves() || has_slope(width2) || this->stretch_moves();
   }
 
   void add_diffuse(const Principled<U>& m, const T& w, const Color<T>& below,
@@ -386,6 +426,8 @@ struct Layers : LayerWeights<T> {
   bool compensate_, skin_;
   /// Of metal and the specular lobe.
   std::conditional_t<kIsLanes<S>, std::tuple<>, T> mirror_roughness_{};
+  bool filmed_ = false;
+  std::conditional_t<kIsLanes<S>, std::tuple<>, ThinFilm<T>> film_{};
   /// Channels that do not get through the coat at all; Cycles leaves them out of what darkens the
   /// layers below. A tint with a derivative is treated as its limit, so that it does not jump.
   std::array<bool, 3> blocked_{};

@@ -32,7 +32,8 @@ Frame<S> lobe_frame(const SurfacePoint<S>& p, const Vec3<S>& n) {
 }
 
 /// The shading normal, tilted towards the geometric one until the mirror image of the viewer stands
-/// at least min(0.9 cos, 0.01) above the geometric surface, cos = dot(ng, wi).
+/// at least min(0.9 cos, 0.01) above the geometric surface, cos = dot(ng, wi). As in Cycles 4.5, a
+/// normal that points away from the viewer stays where its opposite would.
 ///
 /// In the plane of both normals let the new normal make the angle a with ng, and let wi have the
 /// components (x, z) there. The mirror direction's height is x sin 2a + z cos 2a = r cos(2a - b) with
@@ -42,7 +43,7 @@ Vec3<S> visible_normal(const SurfacePoint<S>& p) {
   using Mask = mask_t<S>;
   const S cos_g = dot(p.ng, p.wi), cos_n = dot(p.n, p.wi), cos_gn = dot(p.n, p.ng);
   const S wanted = min(S(0.9) * cos_g, S(0.01));
-  const Mask visible = (cos_gn > S(0)) & (2 * cos_n * cos_gn - cos_g >= wanted);
+  const Mask visible = 2 * cos_n * cos_gn - cos_g >= wanted;
   if (all(visible)) return p.n;
   const Vec3<S> side = p.n - p.ng * cos_gn;
   const S side_length = length(side);

@@ -9,6 +9,7 @@
 #include "fit/problem/fields.h"
 #include "module/arrays.h"
 #include "module/bindings.h"
+#include "module/interruptible.h"
 #include "module/named_film.h"
 #include "render/driver/field_gradient.h"
 
@@ -31,8 +32,9 @@ struct PhotoScene {
 NamedFilm picture(const PhotoScene& self, const Photo& photo, int spp, std::uint64_t seed,
                   const std::vector<ParameterName>& parameters, Progress* progress) {
   NamedFilm out = film_of(self.scene, parameters);
-  const py::gil_scoped_release release;
-  out.film = render_photo(self.scene, photo, out.layout, self.sampling(spp, seed), progress);
+  out.film = interruptible(progress, [&](Progress* watched) {
+    return render_photo(self.scene, photo, out.layout, self.sampling(spp, seed), watched);
+  });
   return out;
 }
 
@@ -40,19 +42,21 @@ PhotoJacobian jacobian(const PhotoScene& self, const Photo& photo,
                        const std::vector<UnknownParameter>& asked, int spp, std::uint64_t seed,
                        Progress* progress) {
   const Unknowns unknowns(self.scene, asked);
-  const py::gil_scoped_release release;
   photo.lights.check(self.scene, "Photo '" + photo.id + "': ");
-  return photo_jacobian(self.scene, unknowns, photo,
-                        render_settings(photo, self.sampling(spp, seed)), progress);
+  return interruptible(progress, [&](Progress* watched) {
+    return photo_jacobian(self.scene, unknowns, photo,
+                          render_settings(photo, self.sampling(spp, seed)), watched);
+  });
 }
 
 double misfit(const PhotoScene& self, Photo photo, int spp, std::uint64_t seed,
               Progress* progress) {
   check_photo(photo);
-  const py::gil_scoped_release release;
-  const Film film =
-      render_photo(self.scene, photo, SlotLayout(), self.sampling(spp, seed), progress);
-  return relative_misfit(film, photo);
+  return interruptible(progress, [&](Progress* watched) {
+    const SlotLayout none;
+    return relative_misfit(render_photo(self.scene, photo, none, self.sampling(spp, seed), watched),
+                           photo);
+  });
 }
 
 struct FieldShape {
@@ -112,18 +116,15 @@ std::pair<NamedFilm, py::array_t<double>> gradient(const PhotoScene& self, const
       out.layout.rows.push_back({0, c, c});
       out.unknowns.emplace_back(owner, parameter, c);
     }
-  auto texels = std::make_unique<std::vector<double>>();
-  {
-    const py::gil_scoped_release release;
-    photo.lights.check(self.scene, "Photo '" + photo.id + "': ");
-    FieldGradient found =
-        render_field_gradient(photo.lights.applied_to(self.scene), photo.camera_in(self.scene),
-                              {field.ref}, render_settings(photo, self.sampling(spp, seed)),
-                              loss_of(photo, loss == "squared_error"), progress);
-    out.film = std::move(found.film);
-    apply_gain(Colorf(photo.values.gain), out.film);
-    *texels = std::move(found.fields[0]);
-  }
+  photo.lights.check(self.scene, "Photo '" + photo.id + "': ");
+  FieldGradient found = interruptible(progress, [&](Progress* watched) {
+    return render_field_gradient(photo.lights.applied_to(self.scene), photo.camera_in(self.scene),
+                                 {field.ref}, render_settings(photo, self.sampling(spp, seed)),
+                                 loss_of(photo, loss == "squared_error"), watched);
+  });
+  out.film = std::move(found.film);
+  apply_gain(Colorf(photo.values.gain), out.film);
+  auto texels = std::make_unique<std::vector<double>>(std::move(found.fields[0]));
   // The array owns the sums: they are the larger part of a small picture's memory.
   const py::capsule owned(texels.get(),
                           [](void* sums) { delete static_cast<std::vector<double>*>(sums); });

@@ -6,6 +6,7 @@
 
 #include "module/arrays.h"
 #include "module/bindings.h"
+#include "module/interruptible.h"
 #include "module/named_film.h"
 #include "render/driver/aim_pilot.h"
 #include "render/driver/render.h"
@@ -51,9 +52,10 @@ NamedFilm render_named(const Scene& scene, const std::string& camera, int width,
                        Progress* progress) {
   NamedFilm out = film_of(scene, parameters);
   const Camera& from = scene.camera(camera);
-  const py::gil_scoped_release release;
-  out.film = render(scene, from, out.layout,
-                    {width, height, spp, seed, depth, threads, frame_of(frame), lanes}, progress);
+  out.film = interruptible(progress, [&](Progress* watched) {
+    return render(scene, from, out.layout,
+                  {width, height, spp, seed, depth, threads, frame_of(frame), lanes}, watched);
+  });
   return out;
 }
 

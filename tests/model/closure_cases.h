@@ -121,11 +121,25 @@ inline const std::vector<MixtureFamily>& mixture_families() {
        }},
       {"principled_stretched",
        [](double r) -> Mixture {
-         c::AnisotropicPrincipled<double> m;
+         c::FullPrincipled<double> m;
          m.metallic = 0.3, m.transmission = 0.4, m.coat_weight = 0.5, m.coat_roughness = 0.3;
          m.roughness = r, m.anisotropic = 0.8;
          return of(kMultiGgx, m, {1, 2, 0});
        }},
+      {"principled_filmed",
+       [](double r) -> Mixture {
+         c::FullPrincipled<double> m;
+         m.metallic = 0.2, m.transmission = 0.5, m.coat_weight = 0.4, m.coat_roughness = 0.3;
+         m.roughness = r, m.film = {400, 1.7};
+         return {placed(m)};
+       }},
+      {"filmed_glass_inside",
+       [](double r) -> Mixture {
+         c::FullPrincipled<double> m;
+         m.base_color = {.9, .5, .2}, m.transmission = 1, m.roughness = r, m.film = {250, 1.4};
+         return {placed(m)};
+       },
+       1.5, true},
       {"principled_glass_and_translucent",
        [](double r) -> Mixture {
          Principled<double> m;

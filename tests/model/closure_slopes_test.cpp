@@ -317,7 +317,7 @@ TEST(ClosureSlopesAtZero, BlackColourAndWeightKeepTheirSlopesInSamples) {
 // The derivative by the direction in which highlights are long, and by how long they are.
 TEST(ClosureSlopes, KnowTheTangent) {
   using enum Flavour::Distribution;
-  c::AnisotropicPrincipled<D> principled = lift<D>(Principled<double>{});
+  c::FullPrincipled<D> principled = lift<D>(Principled<double>{});
   principled.roughness = D(0.4), principled.metallic = D(0.5), principled.anisotropic = D(0.7);
   const c::Glossy<D> glossy{Color<D>(D(.8)), D(.4), D(-.6)};
   const c::Conductor<D> conductor{Color<D>(D(2.5)), Color<D>(D(3)), D(.4), D(.7)};

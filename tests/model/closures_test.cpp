@@ -154,7 +154,7 @@ TEST(Closures, MetallicIsTheMetalOfThePrincipled) {
 }
 
 TEST(Closures, AnisotropyOfThePrincipledIsThatOfMetallic) {
-  c::AnisotropicPrincipled<double> m;
+  c::FullPrincipled<double> m;
   m.metallic = 1, m.base_color = {.9, .5, .2}, m.specular_tint = {.4, .8, 1};
   for (const auto& [roughness, anisotropic] : {std::pair{.4, .6}, {.9, .9}, {.3, 1.}}) {
     m.roughness = roughness, m.anisotropic = anisotropic;
@@ -170,7 +170,7 @@ TEST(Closures, AnisotropyOfThePrincipledIsThatOfMetallic) {
 }
 
 TEST(Closures, AnisotropyLeavesGlassAndCoatAlone) {
-  c::AnisotropicPrincipled<double> m;
+  c::FullPrincipled<double> m;
   m.transmission = 1, m.roughness = 0.4, m.coat_weight = 1, m.coat_roughness = 0.3;
   const Mixture round = cases::of(Flavour::Distribution::kMultiGgx, m, {1, 2, 0});
   m.anisotropic = 0.9;

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from selenite.report.gain_level import Change, _with_wider, change_of, level_error
+from selenite.report.gain_level import Change, _wider, change_of, level_error
 from selenite.report.halves import halves
 
 PICTURE = np.full((8, 10, 3), 0.4)
@@ -46,8 +46,7 @@ def test_only_the_priors_of_gains_hold_a_brightness_that_they_compensate_for() -
 
 
 def test_the_error_of_a_level_joins_that_of_the_gain() -> None:
-    row = {"gain": (2.0, 2.0, 1.0), "gain_interval_90": [(1.8, 2 / 0.9), (2.0, 2.0), (1.0, 1.0)]}
-    found = _with_wider(row, 0.3)["gain_interval_90"]
+    found = _wider((2.0, 2.0, 1.0), [(1.8, 2 / 0.9), (2.0, 2.0), (1.0, 1.0)], 0.3)
     wide = math.exp(math.hypot(math.log(1 / 0.9), 1.645 * 0.3))
     assert found[0] == pytest.approx((2 / wide, 2 * wide))
     assert found[2] == pytest.approx((math.exp(-1.645 * 0.3), math.exp(1.645 * 0.3)))

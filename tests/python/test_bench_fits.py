@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
+sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench"), str(Path(__file__).parent)]
 
+from made_results import made_fit  # noqa: E402
 from synthetic import cases, fits, report, scenes, stage, table  # noqa: E402
 
 from selenite import native  # noqa: E402
@@ -112,20 +113,16 @@ def test_the_error_of_an_image_is_that_of_the_texels_that_the_photos_show() -> N
     texels = case.image.copy()
     texels[:32] += np.float32(0.1)
     texels[32:] += np.float32(0.7)
-    result = {
+    found = made_fit({
         "values_best": {f"Body:{name}": list(value) for name, value in case.target.items()},
         "fields_best": {"Body:base_color_texture": texels},
-        "report": None,
-    }
-    result |= dict.fromkeys(
-        ("samples", "best_validation", "best_validation_standard_error", "best_iteration"), 1
-    )
+    })  # fmt: skip
     weights = np.zeros(texels.shape)
     weights[:32] = 2
-    found = report.row("label", case, result | {"optimiser": "adam"}, 1.0, weights)
-    assert found["image_error"] == pytest.approx(0.1, abs=1e-6)
-    assert found["grid_error"] == ""
-    assert report.line(found).endswith("texels off by 0.100")
+    row = report.row("label", case, found, 1.0, weights)
+    assert row["image_error"] == pytest.approx(0.1, abs=1e-6)
+    assert row["grid_error"] == ""
+    assert report.line(row).endswith("texels off by 0.100")
 
 
 def test_an_older_table_gets_the_columns_that_it_lacks(tmp_path: Path) -> None:

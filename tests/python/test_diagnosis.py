@@ -2,14 +2,20 @@
 """Each pathology, scripted, gives its sentence and no other; a healthy fit gives none."""
 
 import re
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from selenite._core import StopReason
-from selenite.fit.diagnosis import course as diagnosis
-from selenite.fit.diagnosis.course import Limits, View, diagnose
+sys.path.insert(0, str(Path(__file__).parent))
+
+from made_results import made_fit, made_history, with_changes  # noqa: E402
+
+from selenite._core import StopReason  # noqa: E402
+from selenite.fit.diagnosis import course as diagnosis  # noqa: E402
+from selenite.fit.diagnosis.course import Limits, View, diagnose  # noqa: E402
 
 ROUGHNESS = Limits("Body:roughness", 0.02, 0.999)
 COLOUR = Limits("Body:base_color", 0.001, 0.999)
@@ -22,12 +28,12 @@ def history(values, validation=None, error=1e-5):
     losses = np.full(rows, np.nan)
     falling = 0.01 * 0.5 ** np.arange(rows)
     losses[::5] = (falling if validation is None else np.asarray(validation))[::5]
-    return {
+    return made_history({
         "iteration": np.arange(rows),
         "validation": losses,
         "validation_standard_error": np.full(rows, error),
         "values": {name: np.asarray(value, float) for name, value in values.items()},
-    }
+    })  # fmt: skip
 
 
 def ball(size=48, radius=15.0, shift=(0.0, 0.0)):
@@ -220,32 +226,33 @@ def test_black_and_wholly_masked_pictures_say_nothing():
 )
 def test_a_loss_that_still_falls_when_the_iterations_end(losses, falls):
     seen = history({"Body:roughness": converged(41)}, losses, error=1e-6)
-    result = {"history": seen, "stopped": StopReason.ITERATIONS}
+    result = with_changes(made_fit(), history=seen, stopped=StopReason.ITERATIONS)
     reported = diagnosis.still_falling(result)
     assert len(reported) == falls
     if falls:
         assert "at iteration 25" in reported[0] and "at 35" in reported[0]
         assert "Iterations, such as 80" in reported[0]
-    assert not diagnosis.still_falling(result | {"stopped": StopReason.CONVERGED})
+    assert not diagnosis.still_falling(with_changes(result, stopped=StopReason.CONVERGED))
 
 
 def test_noise_and_a_refinement_that_explains_the_photos_silence_a_falling_loss():
     seen = history({"Body:roughness": converged(41)}, 0.01 * 0.97 ** np.arange(41), error=1e-6)
-    result = {"history": seen, "stopped": StopReason.ITERATIONS}
+    result = with_changes(made_fit(), history=seen, stopped=StopReason.ITERATIONS)
     assert diagnosis.still_falling(result)
-    noisy = result | {"history": seen | {"validation_standard_error": np.full(41, 0.001)}}
-    assert not diagnosis.still_falling(noisy)
+    noisy = with_changes(seen, validation_standard_error=np.full(41, 0.001))
+    assert not diagnosis.still_falling(with_changes(result, history=noisy))
     misfit = {"value": 1e-5, "standard_error": 1e-5, "explained": True}
-    assert not diagnosis.still_falling(result | {"report": {"passes": 1, "misfit": misfit}})
+    explained = made_fit({"report": {"passes": 1, "misfit": misfit}}).report
+    assert not diagnosis.still_falling(with_changes(result, report=explained))
 
 
 def test_only_the_last_stage_is_judged():
     """Another height is another loss."""
     seen = history({"Body:roughness": converged(41)}, [0.1] * 20 + [0.01] * 21, error=1e-6)
-    result = {"history": seen, "stopped": StopReason.ITERATIONS}
-    seen["stage"] = np.array([1] * 20 + [2] * 21)
+    result = with_changes(made_fit(), history=seen, stopped=StopReason.ITERATIONS)
+    seen.stage = np.array([1] * 20 + [2] * 21)
     assert not diagnosis.still_falling(result)
-    seen["validation"][35] = 0.005
+    seen.validation[35] = 0.005
     assert "(0.01 at iteration 30, 0.005 at 35)" in diagnosis.still_falling(result)[0]
 
 
@@ -254,6 +261,6 @@ def test_the_loss_in_the_weights_of_the_answer_is_no_fall(answers):
     """Rows of the same iteration: the answer, then what a refinement makes of it."""
     losses = [0.04] * 40 + [0.004] * answers
     seen = history({"Body:roughness": converged(len(losses))}, losses, error=1e-6)
-    seen["iteration"] = np.minimum(seen["iteration"], 40)
-    result = {"history": seen, "stopped": StopReason.ITERATIONS}
+    seen.iteration = np.minimum(seen.iteration, 40)
+    result = with_changes(made_fit(), history=seen, stopped=StopReason.ITERATIONS)
     assert not diagnosis.still_falling(result)

@@ -7,18 +7,19 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from made_results import plan_of, result_of  # noqa: E402
+from made_results import made_fit, made_history, plan_of, result_of, with_changes  # noqa: E402
 
 from selenite import native  # noqa: E402
 from selenite.report import findings as module  # noqa: E402
 from selenite.report.findings import OPEN, SURE, UNKNOWN, WEAK, findings  # noqa: E402
 
 
-def verdict(plan: Any, result: dict[str, Any]) -> tuple[str, str]:
+def verdict(plan: Any, result: Any) -> tuple[str, str]:
     return module._verdict(plan, findings(plan, result), result)
 
 
@@ -80,10 +81,10 @@ def test_the_verdict_is_by_the_size_of_the_misfit(
 
 def test_a_start_that_was_right_is_a_good_result() -> None:
     plan = plan_of("roughness")
-    kept = result_of(roughness=(0.28, 0.3, 0.32)) | {"kept_start": True}
+    kept = with_changes(result_of(roughness=(0.28, 0.3, 0.32)), kept_start=True)
     assert verdict(plan, kept)[0] == SURE
     unexplained = {"value": 0.01, "standard_error": 0.0001, "explained": False}
-    kept = result_of(unexplained, roughness=(0.28, 0.3, 0.32)) | {"kept_start": True}
+    kept = with_changes(result_of(unexplained, roughness=(0.28, 0.3, 0.32)), kept_start=True)
     assert verdict(plan, kept)[1].startswith("Nothing better than the start was found")
 
 
@@ -99,7 +100,7 @@ def test_a_good_result_says_what_to_do() -> None:
 def test_without_a_report_nothing_is_said_to_be_sure() -> None:
     plan = plan_of("roughness")
     ended = native.core().StopReason.CONVERGED
-    result = {"values_best": {"Jade:roughness": [0.3]}, "stopped": ended}
+    result = made_fit({"values_best": {"Jade:roughness": [0.3]}, "stopped": ended})
     found = findings(plan, result)[0]
     assert found.sureness == UNKNOWN and found.low == ()
     assert verdict(plan, result)[0] == UNKNOWN
@@ -108,12 +109,12 @@ def test_without_a_report_nothing_is_said_to_be_sure() -> None:
 def test_a_fit_that_had_not_converged_says_what_to_do_before_it_blames_the_scene() -> None:
     plan = plan_of("roughness")
     misfit = {"value": 0.01, "standard_error": 0.0001, "explained": False}
-    history = {
-        "iteration": [0, 5, 10, 20], "validation": [0.1, 0.05, 0.03, 0.01],
-        "validation_standard_error": [1e-5] * 4,
-    }  # fmt: skip
-    result = result_of(misfit, roughness=(0.28, 0.3, 0.32)) | {"history": history}
+    history = made_history({
+        "iteration": np.array([0, 5, 10, 20]), "validation": np.array([0.1, 0.05, 0.03, 0.01]),
+        "validation_standard_error": np.full(4, 1e-5),
+    })  # fmt: skip
+    result = with_changes(result_of(misfit, roughness=(0.28, 0.3, 0.32)), history=history)
     assert "Wrong camera" in verdict(plan, result)[1]
-    ended = {"stopped": native.core().StopReason.ITERATIONS}
-    icon, text = verdict(plan, result | ended)
+    ended = native.core().StopReason.ITERATIONS
+    icon, text = verdict(plan, with_changes(result, stopped=ended))
     assert icon == WEAK and "fit again with more iterations" in text

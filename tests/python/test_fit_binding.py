@@ -52,7 +52,7 @@ def result(settings: dict[str, Any], unknown: Any = None, **more: Any) -> Any:
     fit.start()
     fit.join()
     found = fit.result()
-    assert not found["error"]
+    assert not found.error
     return found
 
 
@@ -86,20 +86,20 @@ def test_gauss_newton_without_accumulate_is_refused() -> None:
 
 
 def test_another_seed_is_other_noise() -> None:
-    one, other = (result({"seed": seed})["history"]["loss"][0] for seed in (1, 2))
+    one, other = (result({"seed": seed}).history.loss[0] for seed in (1, 2))
     assert one != other
-    assert result({"seed": 1})["history"]["loss"][0] == one
+    assert result({"seed": 1}).history.loss[0] == one
 
 
 def test_iterations_are_counted() -> None:
-    assert len(result({"iterations": 2})["history"]["iteration"]) == 3
+    assert len(result({"iterations": 2}).history.iteration) == 3
 
 
 def test_accumulate_makes_one_step_for_all_photos() -> None:
     """Adam's first step is as long as the rate: of two photos one step, or two."""
     photos = [photo((0.2, 0.2, 0.2)), photo((0.2, 0.2, 0.2), "Again")]
     moved = [
-        result({"iterations": 1, "accumulate": on}, photos=photos)["values_last"]["Body:base_color"]
+        result({"iterations": 1, "accumulate": on}, photos=photos).values_last["Body:base_color"]
         for on in (True, False)
     ]
     assert moved[0][1] - TRUTH[1] == pytest.approx(0.03, abs=1e-4)
@@ -108,7 +108,7 @@ def test_accumulate_makes_one_step_for_all_photos() -> None:
 
 def test_the_bias_is_render_minus_photo_in_red_green_and_blue() -> None:
     found = result({"iterations": 1, "spp": 64}, photos=[photo((0.1, -0.2, 0.3))])
-    bias = found["history"]["mean_bias"]
+    bias = found.history.mean_bias
     assert bias.shape == (2, 3)
     assert bias[0] == pytest.approx([-0.1, 0.2, -0.3], abs=0.02)
 
@@ -117,35 +117,35 @@ def test_best_and_last_values_are_told_apart() -> None:
     """From the truth in long steps: nothing is better than the start."""
     settings = {"validation_interval": 1, "spp": 16, "loss": "dual-buffer"}
     found = result(settings, color(learning_rate=0.2))
-    name, best = "Body:base_color", found["best_iteration"]
-    history = found["history"]["values"][name]
+    name, best = "Body:base_color", found.best_iteration
+    history = found.history.values[name]
     assert best < 3 and np.abs(history[best] - history[-1]).max() > 0.05
-    assert found["values_best"][name] == pytest.approx(history[best])
-    assert found["values_last"][name] == pytest.approx(history[-1])
-    assert found["best_validation"] == found["history"]["validation"][best]
+    assert found.values_best[name] == pytest.approx(history[best])
+    assert found.values_last[name] == pytest.approx(history[-1])
+    assert found.best_validation == found.history.validation[best]
 
 
 def test_the_report_has_the_channels_in_order() -> None:
     """Red cannot go as high as it should, and blue not as low."""
     settings = {"optimiser": "gauss-newton", "iterations": 12, "spp": 16, "refinement": "on"}
     found = result(settings, color(minimum=0.3, maximum=0.6, start=[0.45, 0.45, 0.45]))
-    report = found["report"]["parameters"]["Body:base_color"]
-    assert found["values_best"]["Body:base_color"] == pytest.approx([0.6, 0.4, 0.3], abs=0.01)
-    assert report["at_bound"] == ["maximum", None, "minimum"]
-    low, high = report["interval_90"][1]
+    report = found.report.parameters["Body:base_color"]
+    assert found.values_best["Body:base_color"] == pytest.approx([0.6, 0.4, 0.3], abs=0.01)
+    assert report.at_bound == ["maximum", None, "minimum"]
+    low, high = report.interval_90[1]
     assert low < 0.4 + 0.01 and high > 0.4 - 0.01 and high - low < 0.05
-    assert all(0 < error < 0.05 for error in report["standard_error"])
+    assert all(0 < error < 0.05 for error in report.standard_error)
 
 
 def test_values_of_several_parameters_keep_their_names() -> None:
     world = _core.Unknown("World", "strength", 0.1, 3.0, 1.5, 0.1)
     fit = _core.Fit(scene(), [photo()], [world, color()], {"iterations": 1, "optimiser": "adam"})
-    state = fit.state()
-    assert state["values"] == {"World:strength": [1.5], "Body:base_color": pytest.approx(TRUTH)}
-    assert state["iterations"] == 1
+    state = fit.progress()
+    assert state.values == {"World:strength": [1.5], "Body:base_color": pytest.approx(TRUTH)}
+    assert state.iterations == 1
     fit.start()
     fit.join()
-    found = fit.result()["history"]["values"]
+    found = fit.result().history.values
     assert found["World:strength"][0] == pytest.approx([1.5])
     assert found["Body:base_color"][0] == pytest.approx(TRUTH)
     assert found["World:strength"][1] == pytest.approx([1.4])

@@ -10,18 +10,21 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
+sys.path.insert(0, str(Path(__file__).parent))
+
+from made_results import made_fit  # noqa: E402
 
 from selenite.fit.diagnosis.gauge import gauges, remarks  # noqa: E402
 from selenite.scene_read.values import SceneValues  # noqa: E402
 
 
-def result(*directions: tuple[list[str], list[str]]) -> dict[str, Any]:
+def result(*directions: tuple[list[str], list[str]]) -> Any:
     """Of a fit whose report has these directions: components, captures."""
     weak = [
         {"deviation": 0.3, "components": names, "captures": captures}
         for names, captures in directions
     ]
-    return {"report": {"weak_directions": weak}}
+    return made_fit({"report": {"weak_directions": weak}})
 
 
 def test_light_and_color_are_said_once_for_all_channels_with_what_helps() -> None:
@@ -57,8 +60,7 @@ def test_gains_take_part_with_their_own_cure() -> None:
 def test_other_weak_directions_are_no_matter_of_brightness() -> None:
     assert gauges(result((["Body:ior", "Body:transmission"], []))) == []
     assert gauges(result((["Key:power", "Fill:power"], []))) == [], "two of one kind"
-    assert gauges({}) == [], "there was no refinement"
-    assert gauges({"report": {}}) == []
+    assert gauges(made_fit()) == [], "there was no refinement"
 
 
 def test_what_shares_nothing_stays_apart() -> None:

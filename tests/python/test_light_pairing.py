@@ -3,13 +3,19 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from selenite._core import StopReason
-from selenite.report import light_pairing
-from selenite.report.light_pairing import explains, mismatches
+sys.path.insert(0, str(Path(__file__).parent))
+
+from made_results import made_fit  # noqa: E402
+
+from selenite._core import StopReason  # noqa: E402
+from selenite.report import light_pairing  # noqa: E402
+from selenite.report.light_pairing import explains, mismatches  # noqa: E402
 
 
 @pytest.mark.parametrize(
@@ -33,7 +39,7 @@ def _plan(photos: int) -> SimpleNamespace:
 
 
 def test_after_a_fit_that_was_stopped_nothing_is_compared() -> None:
-    assert mismatches(_plan(2), {"stopped": StopReason.CANCELLED}) == []  # type: ignore[arg-type]
+    assert mismatches(_plan(2), made_fit({"stopped": StopReason.CANCELLED})) == []  # type: ignore[arg-type]
 
 
 def test_a_comparison_that_takes_long_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -53,5 +59,5 @@ def test_a_comparison_that_takes_long_is_left(monkeypatch: pytest.MonkeyPatch) -
             return SimpleNamespace(mean=1.0)
 
     monkeypatch.setattr(light_pairing, "_View", View)
-    assert mismatches(_plan(9), {"stopped": StopReason.CONVERGED}) == []  # type: ignore[arg-type]
+    assert mismatches(_plan(9), made_fit({"stopped": StopReason.CONVERGED})) == []  # type: ignore[arg-type]
     assert len(rendered) == 2

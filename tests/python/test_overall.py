@@ -4,20 +4,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+import sys
+from pathlib import Path
 
 import pytest
 
-from selenite._core import StopReason
-from selenite.fit import overall
-from selenite.fit.job import Progress
-from selenite.fit.overall import Overall, Shown, time_text
+sys.path.insert(0, str(Path(__file__).parent))
+
+from made_results import made_progress, with_changes  # noqa: E402
+
+from selenite.fit import overall  # noqa: E402
+from selenite.fit.overall import Overall, Shown, time_text  # noqa: E402
 
 WEIGHTS = [{"multi-start": 1.0, "descent": 4.0, "refinement": 3.0, "comparison": 2.0}]
-NEW = Progress(
-    running=True, iteration=0, iterations=40, loss=math.nan, seconds=0.0, seconds_left=math.nan,
-    stopped=StopReason.NONE, stopped_because="", values={}, phase="multi-start",
-)  # fmt: skip
+NEW = made_progress(phase="multi-start")
 
 
 def run_of(
@@ -35,10 +35,10 @@ def test_share_grows_through_all_phases_and_never_falls(monkeypatch: pytest.Monk
     run = run_of(monkeypatch, WEIGHTS, [(15, False)])
     seen = []
     for fraction in (0.0, 0.5, 1.0):
-        seen.append(run.update(replace(NEW, phase_fraction=fraction)).fraction)
+        seen.append(run.update(with_changes(NEW, phase_fraction=fraction)).fraction)
     assert seen[-1] == pytest.approx(0.098)
     for iteration in range(0, 41):
-        state = replace(NEW, phase="descent", iteration=iteration, own_iteration=iteration)
+        state = with_changes(NEW, phase="descent", iteration=iteration, own_iteration=iteration)
         seen.append(run.update(state).fraction)
     assert 0.45 < seen[-1] < 0.49  # the length is a guess: it waits below the end of the phase
     # A comparison may be followed by another refinement, whose share begins anew.
@@ -46,7 +46,7 @@ def test_share_grows_through_all_phases_and_never_falls(monkeypatch: pytest.Monk
         ("refinement", 0.0), ("refinement", 1.0), ("comparison", 0.5), ("refinement", 0.1),
         ("comparison", 0.2), ("comparison", 1.0),
     ):  # fmt: skip
-        seen.append(run.update(replace(NEW, phase=phase, phase_fraction=fraction)).fraction)
+        seen.append(run.update(with_changes(NEW, phase=phase, phase_fraction=fraction)).fraction)
     seen += [run.finishing(0.0).fraction, run.finishing(1.0).fraction]
     assert seen == sorted(seen) and seen[-1] == 1.0
     assert seen[-2] == pytest.approx(0.98)
@@ -55,20 +55,20 @@ def test_share_grows_through_all_phases_and_never_falls(monkeypatch: pytest.Monk
 def test_stages_follow_one_another(monkeypatch: pytest.MonkeyPatch) -> None:
     stage = {"multi-start": 0.0, "descent": 1.0, "refinement": 0.0, "comparison": 0.0}
     run = run_of(monkeypatch, [stage, stage], [(10, True), (10, True)])
-    first = run.update(replace(NEW, phase="descent", iteration=5, own_iteration=5)).fraction
+    first = run.update(with_changes(NEW, phase="descent", iteration=5, own_iteration=5)).fraction
     second = run.update(
-        replace(NEW, phase="descent", iteration=15, own_iteration=5, stage_index=1)
+        with_changes(NEW, phase="descent", iteration=15, own_iteration=5, stage=1)
     ).fraction
     assert first == pytest.approx(0.98 / 4) and second == pytest.approx(0.98 * 3 / 4)
 
 
 def test_time_left_is_that_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     run = run_of(monkeypatch, WEIGHTS, [(10, True)])
-    shown = run.update(replace(NEW, seconds=1.0, phase_fraction=0.5))
+    shown = run.update(with_changes(NEW, seconds=1.0, phase_fraction=0.5))
     assert shown.left is None and "nan" not in shown.text
     for share in range(0, 101):  # a run of 1000 s in all: the refinement is from 490 s to 784 s
-        state = replace(NEW, phase="refinement", phase_fraction=share / 100)
-        shown = run.update(replace(state, seconds=490 + 2.94 * share))
+        state = with_changes(NEW, phase="refinement", phase_fraction=share / 100)
+        shown = run.update(with_changes(state, seconds=490 + 2.94 * share))
     assert shown.left == pytest.approx(216, rel=0.05)
     assert shown.text == "78 %, refinement, 4 min left"
 

@@ -60,8 +60,8 @@ def fitted(captures: list[Capture], unknowns: list[Any]) -> dict[str, list[float
     job = _core.Fit(floor(), photos, unknowns, settings)
     job.start()
     job.join()
-    assert job.result()["error"] == ""
-    return job.result()["values_best"]
+    assert job.result().error == ""
+    return job.result().values_best
 
 
 # The photos have 64 pixels of 64 samples: a percent at most.

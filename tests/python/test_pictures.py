@@ -4,19 +4,28 @@
 from __future__ import annotations
 
 import itertools
+import json
 import math
 import string
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from selenite.capture.prepared import Capture
-from selenite.fit import capture_render
-from selenite.report.pictures import comparison, glyphs, plots, sheet
-from selenite.report.pictures.canvas import Canvas, encoded, heat, resized
-from selenite.report.pictures.comparison import Choice, Pictures, compared
+sys.path.insert(0, str(Path(__file__).parent))
+
+from made_results import made_fit, made_history  # noqa: E402
+
+from selenite.capture.prepared import Capture  # noqa: E402
+from selenite.fit import capture_render  # noqa: E402
+from selenite.problems import BadInput  # noqa: E402
+from selenite.report.pictures import comparison, glyphs, plots, sheet  # noqa: E402
+from selenite.report.pictures.canvas import Canvas, encoded, heat, resized  # noqa: E402
+from selenite.report.pictures.comparison import Choice, Pictures, compared  # noqa: E402
+from selenite.report.result_file import StoredResult, stored_result  # noqa: E402
 
 RED = (1.0, 0.0, 0.0)
 
@@ -184,7 +193,7 @@ def test_logarithmic_axes_have_at_least_two_ticks(low: float, high: float) -> No
     assert all(0.99 * low <= value <= 1.01 * high for value in found)
 
 
-def fitted(**more: object) -> tuple[SimpleNamespace, dict[str, object]]:
+def fitted(**more: object) -> tuple[SimpleNamespace, Any]:
     """A plan and a history with a number, a colour and gaps in the validated loss."""
 
     def unknown(name: str, label: str, low: float, high: float) -> SimpleNamespace:
@@ -205,14 +214,14 @@ def fitted(**more: object) -> tuple[SimpleNamespace, dict[str, object]]:
         },
         "field_means": {},
     }
-    return SimpleNamespace(unknowns=unknowns, fields=[]), history | more
+    return SimpleNamespace(unknowns=unknowns, fields=[]), made_history(history | more)
 
 
 def test_plots_show_the_loss_and_each_parameter_with_its_bounds_and_interval() -> None:
     plan, history = fitted()
-    report = {"Body:roughness": {"interval_90": [[0.18, 0.22]]}}
-    result = {"best_iteration": 4, "report": {"parameters": report}}
-    loss, roughness, colour = plots.of_fit(plan, history, result)  # type: ignore[arg-type]
+    found = made_fit({"best_iteration": 4})
+    found.report.parameters["Body:roughness"] = SimpleNamespace(interval_90=[(0.18, 0.22)])
+    loss, roughness, colour = plots.of_fit(plan, history, found)  # type: ignore[arg-type]
     assert [len(item.curves) for item in (loss, roughness, colour)] == [2, 1, 3]
     assert loss.logarithmic and loss.mark == 4
     assert roughness.bounds == (0, 1)
@@ -279,25 +288,34 @@ def capture(**more: object) -> Capture:
     return Capture(**(values | more))  # type: ignore[arg-type]
 
 
-def test_alignment_in_the_file_is_that_of_the_fit() -> None:
-    found = {"captures": {"Front": {"shift": (1.5, -0.25, 0.01)}}}
+def test_alignment_in_the_file_is_that_of_the_fit(tmp_path: Path) -> None:
+    found = made_fit({"captures": {"Front": {"shift": (1.5, -0.25, 0.01)}}})
     assert capture_render.alignment_of(capture(), found) == (1.5, -0.25, 0.01)
-    stored = {"captures": {"Front": {"shift": [15.0, -2.5, math.degrees(0.01)]}}}
-    assert capture_render.alignment_in_file(capture(), stored) == pytest.approx((1.5, -0.25, 0.01))
-    for nothing in (None, {}, {"captures": {}}, {"captures": {"Front": {}}}):
-        assert capture_render.alignment_of(capture(), nothing) == (0, 0, 0)
-        assert capture_render.alignment_in_file(capture(), nothing) == (0, 0, 0)
+    stored = stored_photo(tmp_path, shift=[15.0, -2.5, math.degrees(0.01)])
+    assert stored.as_found(capture()).alignment == pytest.approx((1.5, -0.25, 0.01))
+    for nothing in ({}, {"Front": {}}):
+        assert capture_render.alignment_of(capture(), made_fit({"captures": nothing})) == (0, 0, 0)
+    for file in (StoredResult(), stored_photo(tmp_path)):
+        assert file.as_found(capture()).alignment == (0, 0, 0)
 
 
 def test_alignment_of_a_lower_stage_counts_in_its_pixels() -> None:
-    found = {"captures": {"Front": {"shift": (1.0, 2.0, 0.01)}}, "stages": [{"height": 30}]}
+    found = made_fit({"captures": {"Front": {"shift": (1.0, 2.0, 0.01)}}})
+    found.stages = [SimpleNamespace(height=30)]
     assert capture_render.alignment_of(capture(), found) == (2.0, 4.0, 0.01)
 
 
 @pytest.mark.parametrize("shift", [[1.0, 2.0], "no", [1.0, 2.0, None], [1.0, 2.0, math.inf]])
-def test_shift_that_is_none_is_refused(shift: object) -> None:
-    with pytest.raises(ValueError, match="Front.*two pixels and an angle"):
-        capture_render.alignment_in_file(capture(), {"captures": {"Front": {"shift": shift}}})
+def test_shift_that_is_none_is_refused(shift: object, tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="Front.*two pixels and an angle"):
+        stored_photo(tmp_path, shift=shift)
+
+
+def stored_photo(folder: Path, **row: object) -> StoredResult:
+    """Of a result.json with one photo."""
+    content = {"parameters": {}, "captures": {"Front": row}}
+    (folder / "result.json").write_text(json.dumps(content), encoding="utf-8")
+    return stored_result(folder)
 
 
 @pytest.mark.parametrize("room", [(500, 300), (900, 900), (300, 120), (2000, 400)])

@@ -12,9 +12,10 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from made_results import plan_of, result_of  # noqa: E402
+from made_results import made_fit, plan_of, result_of  # noqa: E402
 
 from selenite.parameters import table  # noqa: E402
+from selenite.report.finished_fit import FinishedFit  # noqa: E402
 from selenite.report.table import Line, interval, lines, number, sentences, with_half  # noqa: E402
 
 
@@ -40,7 +41,7 @@ def test_half_of_an_interval_has_one_digit(half: float, text: str) -> None:
 def test_each_parameter_is_a_line() -> None:
     plan = plan_of("roughness", "metallic")
     result = result_of(roughness=(0.29, 0.3, 0.31), metallic=None)
-    assert lines(plan, result) == [
+    assert lines(plan, FinishedFit(result)) == [
         Line("Jade:roughness", "0.5", "0.300", "0.290 to 0.310", "determined"),
         Line("Jade:metallic", "0.5", "0.5", "", "not determined"),
     ]
@@ -49,13 +50,12 @@ def test_each_parameter_is_a_line() -> None:
 def test_a_colour_has_a_line_for_each_channel_and_one_verdict() -> None:
     plan = plan_of("base_color")
     result = result_of(base_color=(0.1, 0.2, 0.3))
-    result["values_best"]["Jade:base_color"] = [0.2, 0.4, 0.6]
-    entry = result["report"]["parameters"]["Jade:base_color"]
-    entry |= {
-        "standard_error": [0.01] * 3, "determined": [True] * 3, "at_bound": [None] * 3,
-        "interval_90": [[0.19, 0.21], [0.39, 0.41], [0.59, 0.61]], "correlated_with": [None] * 3,
-    }  # fmt: skip
-    found = lines(plan, result)
+    result.values_best["Jade:base_color"] = [0.2, 0.4, 0.6]
+    result.report.parameters["Jade:base_color"] = SimpleNamespace(
+        standard_error=[0.01] * 3, determined=[True] * 3, at_bound=[None] * 3,
+        interval_90=[(0.19, 0.21), (0.39, 0.41), (0.59, 0.61)], correlated_with=[None] * 3,
+    )  # fmt: skip
+    found = lines(plan, FinishedFit(result))
     names = ["Jade:base_color red", "Jade:base_color green", "Jade:base_color blue"]
     assert [line.name for line in found] == names
     assert [line.fitted for line in found] == ["0.200", "0.400", "0.600"]
@@ -72,12 +72,11 @@ def test_a_gain_and_a_shift_are_lines_of_their_photo() -> None:
         )
     ]  # fmt: skip
     result = result_of(roughness=(0.29, 0.3, 0.31))
-    result["captures"] = {
-        "Front": {
-            "gain": [1.21] * 3, "gain_interval_90": [[1.18, 1.24]] * 3, "shift": [0.5, -1.0, 0.0],
-        }
+    found = {
+        "gain": (1.21,) * 3, "gain_interval_90": [(1.18, 1.24)] * 3, "shift": (0.5, -1.0, 0.0),
     }  # fmt: skip
-    assert [line.cells[:4] for line in lines(plan, result)[1:]] == [
+    result.captures = made_fit({"captures": {"Front": found}}).captures
+    assert [line.cells[:4] for line in lines(plan, FinishedFit(result))[1:]] == [
         ("Photo Front: gain", "1", "1.210", "1.180 to 1.240"),
         ("Photo Front: shift [pixels]", "0, 0", "1.00, -2.00", ""),
         ("Photo Front: shift, roll [degrees]", "0", "0.00", ""),

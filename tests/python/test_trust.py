@@ -15,6 +15,9 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
+sys.path.insert(0, str(Path(__file__).parent))
+
+from made_results import made_fit, with_changes  # noqa: E402
 
 from selenite._core import StopReason  # noqa: E402
 from selenite.fit import trust  # noqa: E402
@@ -30,26 +33,26 @@ def unknown(name: str, width: int = 1, low: float = 0.02, high: float = 0.999) -
 ROUGHNESS, COLOUR, IOR = unknown("roughness"), unknown("base_color", 3), unknown("ior")
 
 
-def result(**changes: Any) -> dict[str, Any]:
+def result(**changes: Any) -> Any:
     """Roughness is known, green is not, the IOR is at its upper bound."""
     parameters = {
         "Body:roughness": {
             "standard_error": [0.01],
-            "interval_90": [[0.28, 0.32]],
+            "interval_90": [(0.28, 0.32)],
             "determined": [True],
             "at_bound": [None],
             "correlated_with": [None],
         },
         "Body:base_color": {
             "standard_error": [0.01, float("inf"), 0.02],
-            "interval_90": [[0.1, 0.2], [0.0, 1.0], [0.3, 0.4]],
+            "interval_90": [(0.1, 0.2), (0.0, 1.0), (0.3, 0.4)],
             "determined": [True, False, True],
             "at_bound": [None, None, None],
             "correlated_with": [None, "Body:ior", None],
         },
         "Body:ior": {
             "standard_error": [0.05],
-            "interval_90": [[0.9, 0.999]],
+            "interval_90": [(0.9, 0.999)],
             "determined": [True],
             "at_bound": ["maximum"],
             "correlated_with": ["Body:base_color[1]"],
@@ -58,10 +61,10 @@ def result(**changes: Any) -> dict[str, Any]:
     misfit = {"value": 0.0001, "standard_error": 0.0001, "explained": True}
     search = {"points": 65, "moved": True, "start_loss": 1.0, "loss": 0.1, "standard_error": 0.01}
     report = {"parameters": parameters, "passes": 1, "misfit": misfit | changes}
-    return {"report": report, "search": search}
+    return made_fit({"report": report, "search": search})
 
 
-def said(found: dict[str, Any], fields: tuple[str, ...] = (), isolated: float = 0.0) -> str:
+def said(found: Any, fields: tuple[str, ...] = (), isolated: float = 0.0) -> str:
     named = [SimpleNamespace(name=name) for name in fields]
     photos = [SimpleNamespace(id="Front", isolated=isolated)]
     plan: Any = SimpleNamespace(unknowns=[ROUGHNESS, COLOUR, IOR], fields=named, captures=photos)
@@ -71,16 +74,17 @@ def said(found: dict[str, Any], fields: tuple[str, ...] = (), isolated: float = 
 def test_a_fit_is_sure_when_all_values_are_determined() -> None:
     seen = result()
     assert not trust.sure(seen)
-    seen["report"]["parameters"]["Body:base_color"]["determined"] = [True] * 3
+    seen.report.parameters["Body:base_color"].determined = [True] * 3
     assert trust.sure(seen)
-    assert not trust.sure({}), "there was no refinement"
+    assert not trust.sure(made_fit()), "there was no refinement"
 
 
 def test_a_gauge_is_among_the_sentences() -> None:
     seen = result()
     assert "compensate for each other" not in said(seen)
-    direction = {"deviation": 0.3, "components": ["Body:base_color[0]"], "captures": ["Front"]}
-    seen["report"]["weak_directions"] = [direction]
+    seen.report.weak_directions = [
+        SimpleNamespace(deviation=0.3, components=["Body:base_color[0]"], captures=["Front"])
+    ]
     assert "Body:base_color and the gain of Front compensate for each other" in said(seen)
 
 
@@ -91,9 +95,9 @@ def test_photos_that_have_not_converged_are_named_beside_the_misfit() -> None:
 
 
 def test_a_value_that_is_known_has_error_and_interval() -> None:
-    assert trust.entries(ROUGHNESS, result()) == {
+    assert trust.certainty(ROUGHNESS, result()).as_json() == {
         "standard_error": 0.01,
-        "interval_90": [0.28, 0.32],
+        "interval_90": (0.28, 0.32),
         "determined": True,
         "at_bound": None,
         "correlated_with": None,
@@ -109,24 +113,25 @@ def test_a_small_misfit_is_not_said_to_be_0_percent() -> None:
 def test_what_is_very_wrong_in_places_is_said_in_full() -> None:
     """A pattern on the body that the model has not: the tails of the weights leave 3.2 % of it."""
     found = result(value=0.001, explained=False)
-    found["captures"] = {"Front": {"unexplained": 0.1}, "Side": {"unexplained": 0.2}}
+    shares = {"Front": {"unexplained": 0.1}, "Side": {"unexplained": 0.2}}
+    found.captures = made_fit({"captures": shares}).captures
     (words,) = trust.words(ROUGHNESS, found)
     assert "with 16 % unexplained" in words
-    found["report"]["misfit"]["value"] = 0.09
+    found.report.misfit.value = 0.09
     (words,) = trust.words(ROUGHNESS, found)
     assert "with 30 % unexplained" in words
 
 
 def test_a_fit_without_a_refinement_tells_what_it_does_not_explain() -> None:
     """As by Adam with the loss mae, which has no intervals either."""
-    found = {"captures": {"Front": {"unexplained": 0.11}}}
+    found = made_fit({"captures": {"Front": {"unexplained": 0.11}}})
     settings = SimpleNamespace(loss="mae")
     plan: Any = SimpleNamespace(
         unknowns=[ROUGHNESS], fields=[], captures=[], request=SimpleNamespace(settings=settings)
     )
     (line,) = trust.sentences(plan, found)
     assert line.startswith("Misfit: 11.0 % of the photos' brightness is not explained")
-    assert not trust.sentences(plan, {"captures": {"Front": {"unexplained": 0.0}}})
+    assert not trust.sentences(plan, made_fit({"captures": {"Front": {"unexplained": 0.0}}}))
     settings.loss = "brightness-independent-mse"
     assert not trust.sentences(plan, found), "its photos may have any exposure"
 
@@ -152,25 +157,24 @@ def test_a_misfit_far_below_zero_is_not_called_explained() -> None:
 
 
 def test_a_fit_that_found_nothing_better_than_its_start_says_so() -> None:
-    assert "these are the start's" in said(result() | {"kept_start": True})
+    assert "these are the start's" in said(with_changes(result(), kept_start=True))
     assert "these are the start's" not in said(result())
 
 
 def test_a_kept_start_that_explains_the_photos_is_no_reason_to_check_lights() -> None:
-    kept = {"kept_start": True}
-    assert "Check lights" not in said(result() | kept)
-    for wrong in (result(explained=False), result(standard_error=0.1), {}):
-        assert "Check lights" in said(wrong | kept)
+    assert "Check lights" not in said(with_changes(result(), kept_start=True))
+    for wrong in (result(explained=False), result(standard_error=0.1), made_fit()):
+        assert "Check lights" in said(with_changes(wrong, kept_start=True))
 
 
 def test_intervals_with_voxels_are_valid_if_the_misfit_is_theirs() -> None:
     voxels = {"fields_best": {"Body:albedo_grid": [0.5]}}
-    assert trust.words(ROUGHNESS, result() | voxels) == ["90 %: 0.280 to 0.320"]
-    left = result(value=0.0025, explained=False) | voxels
+    assert trust.words(ROUGHNESS, with_changes(result(), **voxels)) == ["90 %: 0.280 to 0.320"]
+    left = with_changes(result(value=0.0025, explained=False), **voxels)
     of_grid = "90 %, provided that the misfit is that of Body:albedo_grid: 0.280 to 0.320"
     assert trust.words(ROUGHNESS, left) == [of_grid]
     assert "5.0 % of the photos' brightness is not explained: Body:albedo_grid has" in said(left)
-    light = left | {"fields_best": {"World:environment": np.full((8, 16, 3), 0.5)}}
+    light = with_changes(left, fields_best={"World:environment": np.full((8, 16, 3), 0.5)})
     assert "the misfit is that of World:environment" in trust.words(ROUGHNESS, light)[0]
     assert "not explained: World:environment has not converged" in said(light)
     assert "check lights" not in said(left)
@@ -178,11 +182,11 @@ def test_intervals_with_voxels_are_valid_if_the_misfit_is_theirs() -> None:
 
 
 def test_no_interval_is_shown_for_what_the_photos_do_not_determine() -> None:
-    entry = trust.entries(COLOUR, result())
-    assert entry["determined"] is False
-    assert entry["interval_90"] == [[0.1, 0.2], None, [0.3, 0.4]]
-    assert entry["standard_error"] == [0.01, None, 0.02]
-    json.dumps(entry, allow_nan=False)
+    entry = trust.certainty(COLOUR, result())
+    assert entry.determined is False
+    assert entry.interval_90 == ((0.1, 0.2), None, (0.3, 0.4))
+    assert entry.standard_error == (0.01, None, 0.02)
+    json.dumps(entry.as_json(), allow_nan=False)
 
 
 def test_what_can_compensate_for_it_is_named() -> None:
@@ -190,7 +194,7 @@ def test_what_can_compensate_for_it_is_named() -> None:
     assert "Body:base_color: not determined by these photos in G" in text
     assert "Body:ior can compensate for it, so it has no interval" in text
     alone = result()
-    alone["report"]["parameters"]["Body:base_color"]["correlated_with"] = ["", "", ""]
+    alone.report.parameters["Body:base_color"].correlated_with = ["", "", ""]
     assert "in G: values far apart render alike, so it has no interval" in said(alone)
 
 
@@ -198,7 +202,7 @@ def test_what_is_not_determined_comes_with_where_to_find_the_next_photo() -> Non
     assert "selenite next-camera RESULT_FOLDER" in said(result())
     assert "Suggest Next Camera" in said(result())
     all_known = result()
-    all_known["report"]["parameters"]["Body:base_color"]["determined"] = [True] * 3
+    all_known.report.parameters["Body:base_color"].determined = [True] * 3
     assert "next-camera" not in said(all_known)
 
 
@@ -207,23 +211,20 @@ def test_alternative_minima_are_reported_whole_and_with_each_value_that_they_lea
 ):
     found = result()
     other = {"Body:roughness": [0.132], "Body:base_color": [0.5, 0.6, 0.7], "Body:ior": [1.45]}
-    found["report"] |= {"alternative_minima": [other], "ambiguous": ["Body:roughness"]}
-    found["report"]["parameters"]["Body:roughness"]["determined"] = [False]
+    found.report.alternative_minima, found.report.ambiguous = [other], ["Body:roughness"]
+    found.report.parameters["Body:roughness"].determined = [False]
     assert trust.words(ROUGHNESS, found) == [
         "not determined by these photos: 0.132 in an equivalent alternative minimum"
     ]
     assert "Body:ior can compensate for it" in "".join(trust.words(COLOUR, found))
     whole = "Body:roughness 0.132; Body:base_color 0.5, 0.6, 0.7; Body:ior 1.45"
     assert f"Alternative minimum, equivalent within noise: {whole}." in said(found)
-    assert trust.alternative_minima(found) == [other]
-    assert trust.ambiguous(found) == ["Body:roughness"]
-    assert trust.alternative_minima(result()) == trust.ambiguous(result()) == []
     assert "Alternative minimum" not in said(result())
 
 
 def test_a_bound_is_named_with_its_cure() -> None:
     assert "Body:ior: at its maximum 0.999: widen the bound" in said(result())
-    assert trust.entries(IOR, result())["at_bound"] == "maximum"
+    assert trust.certainty(IOR, result()).at_bound == ("maximum",)
 
 
 def test_a_bound_that_no_one_can_widen_is_told_as_such() -> None:
@@ -244,37 +245,35 @@ def test_a_misfit_is_reported_as_a_share_of_brightness(explained: bool, words: s
 def test_multi_start_says_whether_it_left_the_start() -> None:
     assert "evaluated 65 starting points and continued from another one" in said(result())
     found = result()
-    found["search"]["moved"] = False
+    found.search.moved = False
     assert "kept the given one" in said(found)
 
 
 def test_a_fit_that_is_stopped_in_its_multi_start_says_whose_values_it_has() -> None:
     search = {"points": 39, "moved": True, "start_loss": 1.0, "loss": 0.1, "standard_error": 0.01}
-    stopped = {"report": None, "stopped": StopReason.CANCELLED, "history": {"iteration": []}}
-    text = said(stopped | {"search": search})
+    stopped = {"stopped": StopReason.CANCELLED, "history": {"iteration": []}}
+    text = said(made_fit(stopped | {"search": search}))
     assert "after 39 starting points: the values are the best of them, not refined" in text
-    text = said(stopped | {"search": search | {"moved": False}})
+    text = said(made_fit(stopped | {"search": search | {"moved": False}}))
     assert "the values are the start's: none is clearly better" in text
-    assert "the values are" not in said(stopped | {"search": {"points": 0}})
-    assert "Stopped before the first iteration" in said(stopped | {"search": {"points": 0}})
+    assert "the values are" not in said(made_fit(stopped))
+    assert "Stopped before the first iteration" in said(made_fit(stopped))
     # One that was stopped later has steps, and nothing of this to say.
-    later = stopped | {"history": {"iteration": [0, 1]}, "search": search}
+    later = made_fit(stopped | {"history": {"iteration": [0, 1]}, "search": search})
     assert "Stopped" not in said(later) and "evaluated 39" in said(later)
 
 
 def test_nothing_is_said_without_a_refinement() -> None:
-    empty: dict[str, Any] = {
-        "report": {"parameters": {}, "passes": 0, "misfit": {}},
-        "search": {"points": 0},
-    }
-    assert trust.entries(ROUGHNESS, empty) == trust.UNKNOWN
+    empty = made_fit()
+    assert trust.certainty(ROUGHNESS, empty) == trust.Certainty()
+    assert set(trust.Certainty().as_json().values()) == {None}
     assert trust.misfit(empty) is None
     assert said(empty) == ""
 
 
 def test_with_a_grid_it_says_that_nothing_is_known_of_the_errors() -> None:
     assert "errors of these values are not known" not in said(result())
-    text = said({"report": None}, fields=("Body:albedo_grid",))
+    text = said(made_fit(), fields=("Body:albedo_grid",))
     assert "errors of these values are not known" in text
     assert "90 %" not in text
 
@@ -292,7 +291,7 @@ def test_with_a_grid_it_says_that_nothing_is_known_of_the_errors() -> None:
 def test_a_transmission_that_an_image_can_compensate_for_is_reported(
     field: str, value: float, reported: bool
 ) -> None:
-    found = {"fields_best": {field: [0.5]}, "values_best": {"Body:transmission": [value]}}
+    found = made_fit({"fields_best": {field: [0.5]}, "values_best": {"Body:transmission": [value]}})
     words = trust.words(unknown("transmission"), found)
     assert bool(words) is reported and all("If yours is opaque" in line for line in words)
     assert trust.words(ROUGHNESS, found) == []
@@ -301,14 +300,15 @@ def test_a_transmission_that_an_image_can_compensate_for_is_reported(
 @pytest.mark.parametrize("name", ["roughness", "coat_roughness", "ior", "coat_ior"])
 def test_gloss_beside_an_unknown_light_depends_on_its_texels(name: str) -> None:
     found = result()
-    found["report"]["parameters"][f"Body:{name}"] = found["report"]["parameters"]["Body:roughness"]
+    parameters = found.report.parameters
+    parameters[f"Body:{name}"] = parameters["Body:roughness"]
     assert not trust.depends_on_texels(unknown(name), found)
-    assert trust.entries(unknown(name), found)["determined"] is True
-    found["fields_best"] = {"World:environment": np.zeros((16, 32, 3))}
+    assert trust.certainty(unknown(name), found).determined is True
+    found.fields_best = {"World:environment": np.zeros((16, 32, 3))}
     assert trust.depends_on_texels(unknown(name), found)
     assert not trust.depends_on_texels(COLOUR, found)
-    entry = trust.entries(unknown(name), found)
-    assert entry["determined"] is False and entry["interval_90"] is not None
+    entry = trust.certainty(unknown(name), found)
+    assert entry.determined is False and None not in entry.interval_90
     said = [line for line in trust.words(unknown(name), found) if "512 texels" in line]
     assert len(said) == 1
     assert not any("texels" in line for line in trust.words(COLOUR, found))

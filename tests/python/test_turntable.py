@@ -3,18 +3,26 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from selenite.capture.prepared import Capture, without_photo
-from selenite.capture.views import View
-from selenite.fit.diagnosis.course import FIRST_ITERATION, diagnose
-from selenite.fit.diagnosis.turntable import light_turns
-from selenite.report.aligned import doubtful, sentences
-from selenite.report.results import _capture_entry
+sys.path.insert(0, str(Path(__file__).parent))
+
+from made_results import made_fit, made_history  # noqa: E402
+
+from selenite.capture.prepared import Capture, without_photo  # noqa: E402
+from selenite.capture.views import View  # noqa: E402
+from selenite.fit.diagnosis.course import FIRST_ITERATION, diagnose  # noqa: E402
+from selenite.fit.diagnosis.turntable import light_turns  # noqa: E402
+from selenite.report.aligned import doubtful, sentences  # noqa: E402
+from selenite.report.finished_fit import FinishedFit  # noqa: E402
+from selenite.report.result_file import photo_row  # noqa: E402
 
 SIZE, RADIUS, COUNT = 40, 15.0, 8
 ANGLES = np.linspace(0, 2 * np.pi, COUNT, endpoint=False)
@@ -48,10 +56,10 @@ def test_light_that_turns_with_the_camera_is_seen_and_no_silhouette_is_blamed() 
     (note,) = light_turns(turned, azimuths())
     assert note.startswith("The right side is the bright one in 8 photos") and "turntable" in note
     rows = FIRST_ITERATION + 1
-    history = {
+    history = made_history({
         "iteration": np.arange(rows), "validation": np.full(rows, np.nan),
-        "validation_standard_error": np.full(rows, np.nan), "values": {},
-    }  # fmt: skip
+        "validation_standard_error": np.full(rows, np.nan),
+    })  # fmt: skip
     notes = diagnose(history, [], turned, azimuths=azimuths())
     assert note in notes and not any("silhouette" in text for text in notes)
     # Without the cameras' places it is not known, and the silhouette is.
@@ -74,14 +82,16 @@ def test_other_light_is_no_turntable(
     assert light_turns(views(photos, renders), azimuths(angles)) == []
 
 
-def aligned(*shifts: tuple[float, float, float]) -> tuple[list[Capture], dict[str, object]]:
+def aligned(*shifts: tuple[float, float, float]) -> tuple[list[Capture], Any]:
     """Photos of 40 x 30 pixels and what the native fit says of their shifts."""
     blank = np.zeros((30, 40, 3), np.float32)
     ones, aligned = blank[..., 0] + 1, {"align": True}
     one = Capture("", "Front", "", (40, 30), blank, ones, 4 / 3, of_fit=aligned)
     captures = [replace(one, id=f"{index}") for index in range(len(shifts))]
     rows = {item.id: {"shift": shift} for item, shift in zip(captures, shifts, strict=True)}
-    return captures, {"captures": rows, "stages": ({"height": 30},)}
+    fit = made_fit({"captures": rows})
+    fit.stages = [SimpleNamespace(height=30)]
+    return captures, fit
 
 
 def test_a_shift_at_its_limit_and_one_far_from_the_others_are_named() -> None:
@@ -91,9 +101,9 @@ def test_a_shift_at_its_limit_and_one_far_from_the_others_are_named() -> None:
     assert found == {"4": "apart", "5": "limit", "6": "limit"}
     at_limit, apart = sentences(found)
     assert "limit of 4 pixels for '5', '6'" in at_limit and "moves '4' farther" in apart
-    captures, result = aligned(*usual, (0.0, -4.0, 0.0))
-    doubted = result | {"doubtful_shifts": doubtful(captures, result)}
-    rows = [_capture_entry(item, doubted)["shift_believed"] for item in captures]
+    captures, fit = aligned(*usual, (0.0, -4.0, 0.0))
+    doubted = FinishedFit(fit, doubtful_shifts=doubtful(captures, fit))
+    rows = [photo_row(item, doubted).shift_believed for item in captures]
     assert rows == [True] * 4 + [False]
     # All cameras of a rig that is off by the same: no photo lies apart.
     assert doubtful(*aligned(*[(2.5 + x, y, 0.0) for x, y, _ in usual])) == {}
@@ -102,8 +112,8 @@ def test_a_shift_at_its_limit_and_one_far_from_the_others_are_named() -> None:
 def test_what_noise_hides_is_no_number() -> None:
     (capture,), _ = aligned((0.0, 0.0, 0.0))
     for share, shown in ((0.0, None), (0.2, 0.2)):
-        row = {"unexplained": share, "shift": (0.0, 0.0, 0.0)}
-        assert _capture_entry(capture, {"captures": {"0": row}})["unexplained"] == shown
+        fit = made_fit({"captures": {"0": {"unexplained": share}}})
+        assert photo_row(capture, FinishedFit(fit)).as_json()["unexplained"] == shown
 
 
 def test_cameras_without_a_photo_are_one_line() -> None:

@@ -3,12 +3,19 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from selenite.capture.views import View
-from selenite.fit.diagnosis.course import FIRST_ITERATION, diagnose
-from selenite.fit.diagnosis.unlit import light_in_the_dark
+sys.path.insert(0, str(Path(__file__).parent))
+
+from made_results import made_history  # noqa: E402
+
+from selenite.capture.views import View  # noqa: E402
+from selenite.fit.diagnosis.course import FIRST_ITERATION, diagnose  # noqa: E402
+from selenite.fit.diagnosis.unlit import light_in_the_dark  # noqa: E402
 
 SIZE, RADIUS = 48, 18.0
 
@@ -74,12 +81,11 @@ def test_two_photos_are_too_few() -> None:
 )
 def test_it_is_said_at_the_end_of_an_opaque_fit(how: dict[str, bool], said: int) -> None:
     rows = FIRST_ITERATION + 1
-    history = {
+    history = made_history({
         "iteration": np.arange(rows),
         "validation": 0.1 * 0.5 ** np.arange(rows),
         "validation_standard_error": np.full(rows, 1e-5),
-        "values": {},
-    }
+            })  # fmt: skip
     notes = diagnose(history, [], views(glow=0.1), **how)
     assert sum("leaves dark" in note for note in notes) == said
 
@@ -87,12 +93,11 @@ def test_it_is_said_at_the_end_of_an_opaque_fit(how: dict[str, bool], said: int)
 def test_no_silhouette_is_blamed_for_light_in_the_dark() -> None:
     """Light from one side, through the body, moves the middle of what is bright."""
     rows = FIRST_ITERATION + 1
-    history = {
+    history = made_history({
         "iteration": np.arange(rows),
         "validation": 0.1 * 0.5 ** np.arange(rows),
         "validation_standard_error": np.full(rows, 1e-5),
-        "values": {},
-    }
+            })  # fmt: skip
     seen = views(glow=0.3, shift=2.0)
     alone = diagnose(history, [], seen)
     assert any("silhouette" in text for text in alone)

@@ -58,6 +58,38 @@ Light area(const std::string& name = "Lamp", const Vec3d& at = {2, -2, 3}) {
   return lamp;
 }
 
+/// The scene with pictures on the ball: coloured squares, some of them black, by their place.
+Scene patterned(Material material, bool vertex_colours = false) {
+  Mesh ball = sphere_mesh(1, 12);
+  std::vector<Vec2f> uv;
+  std::vector<Colorf> colors;
+  for (const auto& triangle : ball.triangles)
+    for (const auto corner : triangle) {
+      const Vec3f p = ball.positions[corner];
+      uv.push_back({3 * p.x, 2 * p.z});
+      colors.push_back({0.5f + 0.5f * p.x, 0.3f, 0.5f - 0.5f * p.z});
+    }
+  ball.uvs.push_back({"UVMap", std::move(uv)});
+  ball.colors.push_back({"Color", std::move(colors)});
+  FieldMap map;
+  map.field = material_field(&MaterialValues::base_color);
+  if (!vertex_colours) {
+    std::vector<Colorf> pixels;
+    for (int i = 0; i < 8 * 8; ++i) pixels.emplace_back(0.2f * (i % 5), 0.4f, 0.25f * (i % 4));
+    map.texture = std::make_shared<Texture>("Squares", 8, 8, pixels, std::vector<float>{}, true,
+                                            Extension::kRepeat, Interpolation::kLinear);
+  }
+  material.maps.push_back(map);
+  SceneBuilder builder;
+  place(builder, ball, builder.add_material(material));
+  place(builder, quad_mesh(4), builder.add_material(matte("Ground", 0.4)),
+        translation({0, 0, -1.1}));
+  builder.add_light(area());
+  add_view(builder, {0, -5, 1.5}, {0, 0, 0}, 50);
+  set_sky(builder, 0.4);
+  return builder.build();
+}
+
 Material coloured(Material m) {
   m.name = "Body";
   m.values.base_color = {0.8, 0.5, 0.3};
@@ -110,6 +142,15 @@ std::vector<Case> cases() {
       {"matte", scene_of(coloured(matte("Body", 1)), {area()}), {{"Body", "base_color"}}, .01});
   all.push_back({"plastic", scene_of(coloured(plastic("Body")), {area()}), surface, .02});
   all.push_back({"picture", scene_of(coloured(plastic("Body")), {area()}), {}, .02});
+  Material lacquer = coloured(plastic("Body"));
+  lacquer.values.coat_weight = 0.7;
+  lacquer.values.coat_tint = {0.7, 0.9, 0.8};
+  const Ticks of_lacquer{{"Body", "roughness"}, {"Body", "coat_weight"}, {"Body", "ior"}};
+  all.push_back({"textured", patterned(coloured(plastic("Body"))), {}, .02});
+  all.push_back(
+      {"textured_beside", patterned(coloured(plastic("Body"))), {{"Ground", "base_color"}}, .02});
+  all.push_back({"textured_lacquer", patterned(lacquer), of_lacquer, .1});
+  all.push_back({"vertex_colours", patterned(lacquer, true), of_lacquer, .1});
   all.push_back(
       {"smooth_glass", scene_of(coloured(glass("Body")), {area()}), {{"Body", "base_color"}}, .1});
   all.push_back({"rough_glass", scene_of(coloured(glass("Body", 1.5, .3)), {area()}), surface, .1});
@@ -201,6 +242,10 @@ TEST(Lanes8, AreNotTakenForScenesTheyDoNotSuit) {
   skin.values.subsurface_weight = 0.5;
   Material velvet = coloured(plastic("Body"));
   velvet.values.sheen_weight = 0.5;
+  Material alloy = coloured(plastic("Body"));
+  alloy.values.metallic = 0.5;
+  EXPECT_EQ(lanes_obstacle(patterned(alloy)), "material 'Body' has textures");
+  EXPECT_EQ(lanes_obstacle(patterned(coloured(plastic("Body")))), "");
   const Material wax = filled_glass(0.3, 1.4, 2, 0.8);
   const auto obstacle = [](const Material& material, const std::vector<Light>& lamps) {
     const Scene scene = scene_of(material, lamps);

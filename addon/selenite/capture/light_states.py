@@ -5,8 +5,8 @@ takes. See docs/guide/lights_of_captures.md."""
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import TypedDict
 
 import numpy as np
 
@@ -15,9 +15,16 @@ from ..scene_read.lamps import places as lamp_places
 from ..scene_read.values import LightValues, SceneValues
 from .request import CaptureRequest
 
-#: What the native `Scene.with_lights` and a photo's `lights` take: {lamps: names of objects that
-#: are on, or None for all; world: bool; places: {name: (matrix, radiance scale)}}.
-LightState = Mapping[str, Any]
+
+class LightState(TypedDict):
+    """What the native `Scene.with_lights` and a photo's `lights` take. lamps: names of objects that
+    are on, or None for all. places: name -> (matrix, radiance scale)."""
+
+    lamps: list[str] | None
+    world: bool
+    places: dict[str, tuple[np.ndarray, float | None]]
+
+
 #: All as in the scene.
 AS_IN_SCENE: LightState = {"lamps": None, "world": True, "places": {}}
 
@@ -71,7 +78,7 @@ def remarks(values: SceneValues, requests: Iterable[CaptureRequest]) -> list[str
 
 def is_as_in_scene(lights: LightState) -> bool:
     """Whether a light state is that of the scene."""
-    return lights["lamps"] is None and bool(lights["world"]) and not lights["places"]
+    return lights["lamps"] is None and lights["world"] and not lights["places"]
 
 
 def key_of(lights: LightState) -> tuple[object, ...]:

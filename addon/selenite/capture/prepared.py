@@ -82,7 +82,7 @@ class Capture:
     aspect: float
     gain: Gain = (1.0, 1.0, 1.0)
     of_fit: Mapping[str, object] = field(default_factory=dict)
-    lights: LightState = field(default_factory=lambda: dict(AS_IN_SCENE))
+    lights: LightState = field(default_factory=AS_IN_SCENE.copy)
     warnings: tuple[str, ...] = ()
     window: tuple[float, float, float, float] = WHOLE
     isolated: float = 0.0

@@ -11,12 +11,11 @@ from .. import native
 from ..capture.captures_file import read_captures_file
 from ..capture.prepared import Capture, read_captures
 from ..capture.request import CaptureRequest, with_ids
-from ..fit.capture_render import as_reported
 from ..fit.checkpoint import RESULT
 from ..fit.request import read_run
-from ..json_text import read_json
 from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem, choice
+from ..report.result_file import StoredResult, stored_result
 from ..scene_read.values import SceneValues
 
 
@@ -56,10 +55,9 @@ def capture_view(
     if path.name != "run.json" and getattr(args, "result", None):
         fitted = absolute(args.result) / "run.json"
     try:
-        return as_reported(found[0], _result_of(fitted))
-    except ValueError as error:
-        cure = "give the folder of a fit that has ended"
-        problems.append(Problem(f"File '{fitted.with_name(RESULT)}'", str(error), cure))
+        return _stored_with(fitted).as_found(found[0])
+    except BadInput as error:
+        problems += error.problems
         return None
 
 
@@ -68,13 +66,11 @@ def _captures_of(path: Path) -> tuple[CaptureRequest, ...]:
     return read_run(path).captures if path.name == "run.json" else read_captures_file(path)
 
 
-def _result_of(path: Path) -> dict[str, object] | None:
-    """What a fit beside its run.json has found. Raises ValueError."""
-    result = path.with_name(RESULT)
-    if path.name != "run.json" or not result.is_file():
-        return None
-    found = read_json(result)
-    return found if isinstance(found, dict) else None
+def _stored_with(path: Path) -> StoredResult:
+    """What a fit beside its run.json has found. Raises BadInput."""
+    if path.name != "run.json" or not path.with_name(RESULT).is_file():
+        return StoredResult()
+    return stored_result(path.parent)
 
 
 def _chosen(

@@ -7,7 +7,6 @@ import argparse
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from .. import mean_free_path
 from ..capture import light_states
@@ -24,14 +23,11 @@ from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import say
 
-if TYPE_CHECKING:
-    from ..json_text import JsonObject
-
 #: Photos are read whole and kept small: what is wrong with them does not depend on the size.
 PHOTO_HEIGHT = 64
 
 
-def run(args: argparse.Namespace) -> JsonObject:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Reads and builds the scene; exit status 2 if anything stands in the way. A render does
     without the photos that the scene names, so that those which are gone do not count."""
     from ..capture.scene_captures import packed_photos
@@ -103,7 +99,7 @@ def run(args: argparse.Namespace) -> JsonObject:
         "warnings": warnings,
         "render_settings": [item.as_json() for item in remarks],
     }
-    _say(report, values)
+    _say(values, paths, captures, warnings, photo_problems)
     for remark in remarks:
         say(f"{'render setting' if remark.spoils else 'remark'}: {remark.line()}")
     return report
@@ -122,8 +118,8 @@ def _model(values: SceneValues) -> str:
     return "surface: the scene has no medium"
 
 
-def _owner(owner: Owner, millimetres: float | None) -> JsonObject:
-    rows: dict[str, JsonObject] = {}
+def _owner(owner: Owner, millimetres: float | None) -> dict[str, object]:
+    rows: dict[str, dict[str, object]] = {}
     for parameter in owner.rows():
         value = owner.values.get(parameter.name)
         rows[parameter.name] = {
@@ -139,17 +135,24 @@ def _owner(owner: Owner, millimetres: float | None) -> JsonObject:
     return {"kind": owner.kind, "datablock": owner.datablock, "parameters": rows}
 
 
-def _say(report: JsonObject, values: SceneValues) -> None:
-    say(f"{report['objects']} objects, {report['triangles']} triangles; model {report['model']}")
-    if report["paths"]:
-        say(f"paths are traced {report['paths']}")
-    for camera in report["cameras"]:
-        say(f"camera '{camera['name']}': {camera['width']} x {camera['height']}")
-    if report["captures"]:
-        masked = sum(bool(item["mask"]) for item in report["captures"])
-        say(f"captures with a photo: {len(report['captures'])}, with a mask: {masked}")
-    for light in report["lights"]:
-        say(f"light '{light['name']}' ({light['kind'].lower()})")
+def _say(
+    values: SceneValues,
+    paths: str | None,
+    captures: Sequence[CaptureRequest],
+    warnings: Sequence[str],
+    photo_problems: Sequence[Problem],
+) -> None:
+    count = f"{len(values.objects)} objects, {values.triangle_count()} triangles"
+    say(f"{count}; model {_model(values)}")
+    if paths:
+        say(f"paths are traced {paths}")
+    for camera in values.cameras:
+        say(f"camera '{camera.name}': {camera.width} x {camera.height}")
+    if captures:
+        masked = sum(bool(item.mask) for item in captures)
+        say(f"captures with a photo: {len(captures)}, with a mask: {masked}")
+    for light in values.lights:
+        say(f"light '{light.name}' ({light.kind.lower()})")
     for owner in values.owners.values():
         free = [name for name in owner.values if name not in owner.fixed]
         say(f"{owner.kind} '{owner.name}': can be fitted: {', '.join(free) or 'nothing'}")
@@ -163,7 +166,7 @@ def _say(report: JsonObject, values: SceneValues) -> None:
         state = "closed" if body.found.encloses else "not closed"
         count = f"triangles: {body.found.triangles}, bodies: {body.found.bodies}"
         say(f"object '{body.object}' with {body.need} '{body.material}' is {state} ({count})")
-    for text in grouped(report["warnings"]):
+    for text in grouped(warnings):
         say(f"warning: {text}")
-    for line in grouped(Problem(**problem).line() for problem in report["photo_problems"]):
+    for line in grouped(problem.line() for problem in photo_problems):
         say(f"photo: {line}; a fit needs that, a render does not")

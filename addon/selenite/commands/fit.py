@@ -26,13 +26,14 @@ from ..fit.unknowns import WHICH_MATERIAL, candidates_of, fittable_usual, usual_
 from ..parameters import join_name
 from ..paths import absolute, why_not_folder
 from ..problems import BadInput, Problem, meant, problems_of
+from ..report.finished_fit import FinishedFit
 from ..report.results import new_folder, size_of
 from ..scene_read.options import options_of
 from ..scene_read.values import SceneValues
 from . import arguments
 from .capture_arguments import captures_from, given_for_captures, stored_captures
 from .environment_arguments import with_environment
-from .fit_results import deliver
+from .fit_results import FitReport, deliver
 from .fitted import models
 from .fitted.start_result import begin_at, checked, start_folder, starting_there
 from .grouping import grouped
@@ -40,8 +41,6 @@ from .scene import open_scene, reading_of
 from .terminal import bar, say
 
 if TYPE_CHECKING:
-    from .._core import FitResult
-    from ..json_text import JsonObject
     from ..scene_read.hosts import BpyStruct
 
     Planned = tuple[BpyStruct, SceneValues, FitPlan, Unfinished]  # bpy scene, its values
@@ -52,12 +51,13 @@ DEFAULT_OUT = "selenite-fits"
 _SETTINGS = tuple(field.name for field in fields(FitSettings))
 
 
-def run(args: argparse.Namespace) -> JsonObject:
+def run(args: argparse.Namespace) -> dict[str, object]:
+    """What is found, for --json."""
+    return models.run(args, fitted) if args.model else fitted(args).as_json()
+
+
+def fitted(args: argparse.Namespace) -> FitReport:
     """Fits, writes the result folder and, with --save, the scene. SCENE may be a run.json."""
-    return models.run(args, _run_one) if args.model else _run_one(args)
-
-
-def _run_one(args: argparse.Namespace) -> JsonObject:
     problems: list[Problem] = []
     resumes, out = args.resume is not None, args.out
     unfinished = absolute(args.resume) if resumes else None
@@ -190,7 +190,7 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     return scene, values, plan, replace(run, inputs=run.inputs or now)
 
 
-def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FitResult:
+def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FinishedFit:
     """Runs to the end; Ctrl+C stops and keeps the best values so far. Of a fit that fails before
     its first iteration no folder stays; then raises BadInput, else FitFailed."""
     job.start()
@@ -203,10 +203,10 @@ def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FitResult:
                 note = state.phase
                 if state.phase == DESCENT:
                     note = f"iteration {state.iteration} of {state.iterations}"
-                if state.stage != stage:
-                    stage = state.stage
+                if job.stage_title(state) != stage:
+                    stage = job.stage_title(state)
                     say(f"stage {stage}")
-                _warn(state.notes, reported)
+                _warn(job.newest_notes, reported)
                 whole = overall.update(state)
                 note = "  ".join(part for part in (note, time_text(whole.left)) if part)
                 shown.update(whole.fraction, note=note)
@@ -217,7 +217,7 @@ def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FitResult:
         say("stopping; the best values so far are kept")
         job.cancel()
     except FitFailed as error:
-        if resumed or job.so_far()["iterations"]:
+        if resumed or job.so_far().iterations:
             raise
         recorder.finished()
         said = ValueError(str(error).removeprefix("Iteration 0: "))
@@ -226,9 +226,10 @@ def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FitResult:
         job.join()
     recorder.update(job, now=True)
     _say_trouble(recorder, trouble)
-    result = job.result()
-    _warn(result["notes"], reported)
-    return result | {"notes": (*result["notes"], *recorder.notes())}
+    fit = job.result()
+    notes = job.closing_notes(fit)
+    _warn(notes, reported)
+    return FinishedFit(fit, (*notes, *recorder.notes()))
 
 
 def _say_trouble(recorder: Recorder, said: str) -> str:

@@ -6,11 +6,13 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
-from .. import native
+from ..fit import trust
 from ..fit.capture_render import as_found
 from ..fit.checkpoint import Recorder
 from ..fit.field_kinds import IN_PLACE_OF
@@ -19,11 +21,17 @@ from ..fit.job import fitted_values
 from ..fit.plan import FitPlan
 from ..parameters import Values, join_name
 from ..problems import BadInput
+from ..report.finished_fit import FinishedFit
 from ..report.light_pairing import with_warnings
-from ..report.results import finished, of_photos, result_json, seconds_of_pictures, write_results
+from ..report.result_file import ResultFile
+from ..report.results import finished, of_photos, seconds_of_pictures, write_results
 from ..report.table import TITLES, lines, sentences
 from ..scene_read.values import SceneValues
 from .terminal import bar, say, say_saved, table
+
+if TYPE_CHECKING:
+    from ..cycles_check.report import CheckReport
+    from ..scene_read.hosts import BpyStruct
 
 #: Seconds that pictures may take after Ctrl+C.
 _PATIENCE = 2.0
@@ -31,23 +39,49 @@ _PATIENCE = 2.0
 _UNWRITTEN = (OSError, MemoryError, ValueError)
 
 
+@dataclass
+class FitReport:
+    """What the command prints by --json. errors: what could not be written; the others: None where
+    they were not asked for."""
+
+    content: ResultFile
+    folder: Path | None
+    errors: list[str] = field(default_factory=list)
+    shown: list[str] | None = None
+    set_for_cycles: list[str] | None = None
+    saved: Path | None = None
+    cycles: CheckReport | None = None
+
+    def as_json(self) -> dict[str, object]:
+        """result.json, and what became of it."""
+        folder = None if self.folder is None else str(self.folder)
+        further = {
+            "shown": self.shown,
+            "set_for_cycles": self.set_for_cycles,
+            "saved": None if self.saved is None else str(self.saved),
+            "cycles": self.cycles,
+            "error": "; ".join(self.errors) or None,
+        }
+        known = {name: value for name, value in further.items() if value is not None}
+        return {**self.content.as_json(), "folder": folder, **known}
+
+
 def deliver(
     args: argparse.Namespace,
-    scene: Any,  # noqa: ANN401 - a bpy scene
+    scene: BpyStruct,
     values: SceneValues,
     plan: FitPlan,
-    result: dict[str, Any],
+    result: FinishedFit,
     out: Path,
     save: Path | None,
     recorder: Recorder,
     checks: bool,
-) -> dict[str, Any]:
-    """The report of the command: values first, then what was written. Its key `error` says what
-    could not be."""
+) -> FitReport:
+    """Values first, then what was written."""
     import bpy
 
     errors: list[str] = []
-    known = set(result.get("notes", ()))
+    known = set(result.notes)
     with bar("writing") as shown:
 
         def note_progress(text: str, fraction: float) -> None:
@@ -64,36 +98,36 @@ def deliver(
         folder = _written(plan, result, out, bpy.app.version_string, note_progress, errors)
     if folder is not None and (trouble := recorder.finished()):
         say(f"warning: {trouble}")
-    for note in result["notes"]:
+    for note in result.notes:
         if note not in known:
             say(f"warning: {note}")
     table(TITLES, [line.cells for line in lines(plan, result)])
-    for text in (*sentences(plan, result), *of_photos(result)):
+    for text in (*sentences(plan, result.fit), *of_photos(result)):
         say(text)
     place = "no result folder is written" if folder is None else f"results in {folder}"
-    say(f"{result['stopped_because']} after {result['seconds']:.0f} s; {place}")
-    report = result_json(plan, result, bpy.app.version_string)
-    report["folder"] = None if folder is None else str(folder)
+    say(f"{result.fit.stopped_because} after {result.fit.seconds:.0f} s; {place}")
+    content = ResultFile.of(plan, result, bpy.app.version_string)
     if errors and not recorder.trouble:
         errors[-1] += f"; or write them later by --resume {recorder.folder} --out DIR"
+    report = FitReport(content, folder, errors)
     if save is not None:
-        _save(args, scene, values, plan, result, folder, save, report, errors)
+        _save(args, scene, values, plan, result, save, report)
     if checks:  # last, so that a check that fails costs nothing but itself
-        _check(scene, values, plan, result, folder, report, errors)
-    return report | ({"error": "; ".join(errors)} if errors else {})
+        _check(scene, values, plan, result, report)
+    return report
 
 
 def _written(
     plan: FitPlan,
-    result: dict[str, Any],
+    result: FinishedFit,
     out: Path,
     host: str,
-    note_progress: Any,  # noqa: ANN401 - a function
+    note_progress: Callable[[str, float], None],
     errors: list[str],
 ) -> Path | None:
     """The result folder; None where it could not be written."""
-    seconds = seconds_of_pictures(plan, result)
-    pictures = result.get("stopped") != native.core().StopReason.CANCELLED or seconds < _PATIENCE
+    seconds = seconds_of_pictures(plan, result.fit)
+    pictures = not trust.cancelled(result.fit) or seconds < _PATIENCE
     if not pictures:
         say(
             f"The pictures are left out: they would take about {seconds / 60:.1f} min. "
@@ -116,14 +150,12 @@ def _why(error: BaseException) -> str:
 
 def _save(
     args: argparse.Namespace,
-    scene: Any,  # noqa: ANN401
+    scene: BpyStruct,
     values: SceneValues,
     plan: FitPlan,
-    result: dict[str, Any],
-    folder: Path | None,
+    result: FinishedFit,
     save: Path,
-    report: dict[str, Any],
-    errors: list[str],
+    report: FitReport,
 ) -> None:
     """--save and --set-cycles. The open scene keeps the values for the check, not the fields."""
     from .. import write_back
@@ -131,22 +163,26 @@ def _save(
 
     try:
         write_back.write(scene, values.owners, _single_values(values, plan, result))
-        report["shown"] = [] if folder is None else _show(scene, values, plan, result, folder)
+        folder = report.folder
+        report.shown = [] if folder is None else _show(scene, values, plan, result, folder)
         if args.set_cycles:
             changed = render_settings.set_for_fit(scene)
             say(f"set for Cycles: {', '.join(changed) or 'nothing, all was set already'}")
-            report["set_for_cycles"] = changed
+            report.set_for_cycles = changed
         kept = write_back.save_copy(str(save))
         _hide(scene, plan)
     except BadInput as error:
-        errors += [problem.line() for problem in error.problems]
+        report.errors += [problem.line() for problem in error.problems]
         return
-    report["saved"] = str(save)
+    except KeyboardInterrupt as error:
+        report.errors.append(f"File '{save}': it is not saved ({_why(error)})")
+        return
+    report.saved = save
     say_saved(save, kept)
 
 
 def _single_values(
-    values: SceneValues, plan: FitPlan, result: dict[str, Any]
+    values: SceneValues, plan: FitPlan, result: FinishedFit
 ) -> dict[tuple[str, str], Values]:
     """What is written into sockets: all single values but a colour that an image feeds
     and in whose place a fitted image stands."""
@@ -157,14 +193,14 @@ def _single_values(
         field = join_name(owner, IN_PLACE_OF.get(name, ""))
         return field in replaced and name in values.owners[owner].fixed
 
-    return {key: value for key, value in fitted_values(plan, result).items() if not is_fed(key)}
+    return {key: value for key, value in fitted_values(plan, result.fit).items() if not is_fed(key)}
 
 
 def _show(
-    scene: Any,  # noqa: ANN401
+    scene: BpyStruct,
     values: SceneValues,
     plan: FitPlan,
-    result: dict[str, Any],
+    result: FinishedFit,
     folder: Path,
 ) -> list[str]:
     """Fitted grids as Volume objects, where that is possible, fitted images as image nodes; what
@@ -176,7 +212,7 @@ def _show(
     from ..write_back import images as image_nodes
 
     lines = []
-    grids = fitted_grids(plan.fields, result["fields_best"])
+    grids = fitted_grids(plan.fields, result.fields)
     shows = [
         *(partial(grid_objects.show, scene, values, *item, folder) for item in grids.items()),
         *(partial(image_nodes.show, values, *item) for item in _images(plan, folder).items()),
@@ -192,7 +228,7 @@ def _show(
     return lines
 
 
-def _hide(scene: Any, plan: FitPlan) -> None:  # noqa: ANN401
+def _hide(scene: BpyStruct, plan: FitPlan) -> None:
     """Undoes `_show` in the open scene, so that the check finds what was fitted."""
     if plan.fields:
         from ..write_back import environments
@@ -224,26 +260,25 @@ def _environment(plan: FitPlan, folder: Path) -> list[str]:
 
 
 def _check(
-    scene: Any,  # noqa: ANN401
+    scene: BpyStruct,
     values: SceneValues,
     plan: FitPlan,
-    result: dict[str, Any],
-    folder: Path | None,
-    report: dict[str, Any],
-    errors: list[str],
+    result: FinishedFit,
+    report: FitReport,
 ) -> None:
     """Renders the fitted values with Cycles; pictures and numbers go into the result folder."""
     from ..cycles_check import job as check
     from ..cycles_check.render_settings import Remark
     from ..scene_read.blender_process import ProcessFailed
 
+    folder = report.folder
     if folder is None:
-        errors.append("The check in Cycles is left out, as its pictures have no folder")
+        report.errors.append("The check in Cycles is left out, as its pictures have no folder")
         return
-    grids = fitted_grids(plan.fields, result["fields_best"])
+    grids = fitted_grids(plan.fields, result.fields)
     try:
         images = _images(plan, folder)
-        taken = [as_found(item, result) for item in plan.captures]
+        taken = [as_found(item, result.fit) for item in plan.captures]
         written = _single_values(values, plan, result)
         environment = next(iter(_environment(plan, folder)), "")
         job = check.CheckJob(scene, plan.request, written, grids, images, taken, environment)
@@ -257,10 +292,10 @@ def _check(
             sheet = job.keep(found, folder)
         finally:
             job.close()
-    except (BadInput, ProcessFailed, OSError) as error:
-        errors.append(f"The check in Cycles failed: {error}")
+    except (BadInput, ProcessFailed, OSError, KeyboardInterrupt) as error:
+        report.errors.append(f"The check in Cycles failed: {_why(error)}")
         return
-    report["cycles"] = found
+    report.cycles = found
     say(check.verdict(found))
     for text in check.lines(found):
         say(text)

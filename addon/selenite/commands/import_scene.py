@@ -7,7 +7,7 @@ import argparse
 import json
 import math
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from ..importers.plan import ImportPlan, ImportRequest
     from ..importers.reconstruction import PackedPicture
     from ..importers.to_blender import Created
-    from ..json_text import JsonObject
 
 _FILE = "give a file of a reconstruction; see selenite import --help"
 
@@ -61,9 +60,8 @@ def run(args: argparse.Namespace) -> dict[str, object]:
         set_for_fit(scene)
         to_blender.relative_paths(scene, save.parent)
         kept = _save(save)
-    report = _report(plan, save, made)
-    _say(report, args.undistort, kept)
-    return report
+    _say(plan, made, save, args.undistort, kept)
+    return _report(plan, save, made)
 
 
 def _request(args: argparse.Namespace, problems: list[Problem]) -> ImportRequest:
@@ -132,7 +130,7 @@ def _save(path: Path) -> str:
     return kept
 
 
-def _report(plan: ImportPlan, save: Path, made: Created) -> JsonObject:
+def _report(plan: ImportPlan, save: Path, made: Created) -> dict[str, object]:
     return {
         "saved": str(save),
         "name": plan.name,
@@ -179,40 +177,41 @@ def _texture(texture: Path | PackedPicture | None) -> str | None:
     return str(texture) if isinstance(texture, Path) else f"{PACKED}{texture.name}"
 
 
-def _say(report: JsonObject, undistort: bool, kept: str) -> None:
-    size = f"; {_lengths(report['size_m'])}" if any(report["size_m"]) else ""
-    cameras = len(report["cameras"])
-    say(f"'{report['name']}': cameras: {cameras}, with a photo: {report['captures']}{size}")
-    for mesh in report["meshes"]:
-        counts = f"{mesh['vertices']} vertices, {mesh['triangles']} triangles"
-        textures = [one["texture"] for one in mesh["materials"] if one["texture"]]
+def _say(plan: ImportPlan, made: Created, save: Path, undistort: bool, kept: str) -> None:
+    size = f"; {_lengths(plan.size)}" if any(plan.size) else ""
+    cameras = len(plan.cameras)
+    say(f"'{plan.name}': cameras: {cameras}, with a photo: {made.captures}{size}")
+    for mesh in plan.meshes:
+        counts = f"{len(mesh.positions)} vertices, {len(mesh.triangles)} triangles"
+        textures = [text for one in mesh.materials if (text := _texture(one.texture))]
         shown = "".join(f"; texture {texture}" for texture in textures)
-        say(f"mesh '{mesh['name']}': {counts}{shown}")
-    if any(item["distorted"] for item in report["cameras"]) and not undistort:
+        say(f"mesh '{mesh.name}': {counts}{shown}")
+    if any(item.intrinsics.distorted for item in plan.cameras) and not undistort:
         say("the lens distorts the photos; a fit undoes it, Blender's background images do not")
-    for text in grouped(report["warnings"]):
+    for text in grouped(plan.warnings):
         say(f"warning: {text}")
     say("light: an even white world of strength 1 stands in; set or fit your own")
-    say_saved(report["saved"], kept)
-    if report["captures"] and report["meshes"]:
-        file = shlex.quote(report["saved"])
+    say_saved(str(save), kept)
+    if made.captures and plan.meshes:
+        file = shlex.quote(str(save))
         say(f"next: selenite check {file}")
-        say(f"then: selenite fit {file} {' '.join(_usual(report['meshes']))}")
+        say(f"then: selenite fit {file} {' '.join(_usual(plan, made))}")
 
 
-def _usual(meshes: Sequence[JsonObject]) -> list[str]:
+def _usual(plan: ImportPlan, made: Created) -> list[str]:
     """What of each material is usually fitted first, as words of the command line."""
     found: dict[str, None] = {}
-    for material in (one for mesh in meshes for one in mesh["materials"]):
-        name = material["name"]
-        if any(letter in name for letter in '=:,"\n') or name.startswith("-"):
-            name = json.dumps(name, ensure_ascii=False)
-        parameters = "base_color_texture" if material["texture"] else "base_color,roughness"
-        if material.get("times_colors"):  # the base colour is a product of two
-            parameters = "Principled BSDF.Roughness"
-        found[f"--fit {shlex.quote(f'{name}:{parameters}')}"] = None
+    for item, materials in zip(plan.meshes, made.materials, strict=True):
+        for one, material in zip(item.materials, materials, strict=True):
+            name = material.name
+            if any(letter in name for letter in '=:,"\n') or name.startswith("-"):
+                name = json.dumps(name, ensure_ascii=False)
+            parameters = "base_color,roughness" if one.texture is None else "base_color_texture"
+            if one.times_colors:  # the base colour is a product of two
+                parameters = "Principled BSDF.Roughness"
+            found[f"--fit {shlex.quote(f'{name}:{parameters}')}"] = None
     return list(found)
 
 
-def _lengths(size: Sequence[float]) -> str:
+def _lengths(size: Iterable[float]) -> str:
     return f"size {' x '.join(f'{value:.4g}' for value in size)} m"

@@ -4,23 +4,19 @@
 from __future__ import annotations
 
 import argparse
-import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..advice.information.fisher import EXPLAINED, ModelError
 from ..advice.next_camera import report
 from ..advice.next_camera.suggestion import Suggestion, suggestion_of
-from ..fit.capture_render import as_reported
 from ..fit.checkpoint import RESULT
-from ..fit.old_names import renamed
 from ..fit.request import RunRequest, UnknownRequest, read_run
 from ..fit.settings import FitSettings, with_overrides
-from ..json_text import read_json
 from ..parameters import Values, join_name
 from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem
+from ..report.result_file import CURE, StoredResult, stored_result
 from ..scene_read.values import SceneValues
 from . import arguments
 from .capture_arguments import captures_from, stored_captures
@@ -29,18 +25,17 @@ from .scene import find_constant, open_scene, reading_of
 from .terminal import bar, say, say_saved, table
 
 if TYPE_CHECKING:
-    from ..json_text import JsonObject
     from ..scene_read.hosts import BpyStruct
 
 _SETTINGS = ("height", "seed", "depth", "threads", "physical_refraction")
 
 
-def run(args: argparse.Namespace) -> JsonObject:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Ranks the places and, with --save, puts a camera at the best one. SCENE may be a run.json or
     a result folder: then its fitted values count."""
     problems: list[Problem] = []
     save = arguments.optional_file(args.save, (".blend",), problems)
-    base, fitted, model_error, of_fit = _asked(absolute(args.scene))
+    base, fitted, of_fit = _asked(absolute(args.scene))
     settings = FitSettings()
     try:
         settings = with_overrides(base.settings, {name: getattr(args, name) for name in _SETTINGS})
@@ -62,8 +57,8 @@ def run(args: argparse.Namespace) -> JsonObject:
     )
     try:
         found = suggestion_of(
-            values, request, packed_photos(), changes, model_error,
-            lambda capture: as_reported(capture, of_fit),
+            values, request, packed_photos(), changes, of_fit.model_error,
+            of_fit.as_found,
         )  # fmt: skip
     except BadInput as error:
         problems += error.problems
@@ -77,7 +72,7 @@ def run(args: argparse.Namespace) -> JsonObject:
             shown.update(step.fraction, note=step.text)
     content = report.as_json(found)
     table(*report.table_rows(found))
-    for line in content["advice"]:
+    for line in report.advice(found):
         say(line)
     if save is not None:
         try:
@@ -87,36 +82,27 @@ def run(args: argparse.Namespace) -> JsonObject:
     return content
 
 
-def _asked(
-    path: Path,
-) -> tuple[RunRequest, dict[tuple[str, str], Values], ModelError, JsonObject]:
-    """What was asked for, the values that were found, none for a scene, what they leave
-    unexplained, and the report that says so. Raises BadInput."""
+def _asked(path: Path) -> tuple[RunRequest, dict[tuple[str, str], Values], StoredResult]:
+    """What was asked for, the values that were found, none for a scene, and the result that says
+    so. Raises BadInput."""
     if is_folder(path):
         path = path / "run.json"
     if path.suffix != ".json":
-        return RunRequest(str(path)), {}, EXPLAINED, {}
+        return RunRequest(str(path)), {}, StoredResult()
     request = read_run(path)
     result = path.with_name(RESULT)
     if not result.is_file():
-        return request, {}, EXPLAINED, {}
-    try:
-        content = renamed(read_json(result))
-        rows = content["parameters"]
-        found = {}
-        for item in request.unknowns:
-            value = rows[join_name(item.owner, item.parameter)]["value"]
-            numbers = value if isinstance(value, list) else [value]
-            found[item.owner, item.parameter] = tuple(float(x) for x in numbers)
-            if not all(map(math.isfinite, found[item.owner, item.parameter])):
-                raise ValueError(f"{item.owner}:{item.parameter} is {value}")
-        left = (content.get("loss") or {}).get("model_error") or {}
-        model_error = ModelError(**{name: float(size) for name, size in left.items()})
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        title, cause = f"File '{result}'", f"it has no fitted values ({error!r})"
-        cure = "give the folder of a fit that has ended, or the scene with --set"
-        raise BadInput(Problem(title, cause, cure)) from error
-    return request, found, model_error, content
+        return request, {}, StoredResult()
+    stored = stored_result(path.parent)
+    found = {}
+    for item in request.unknowns:
+        name = join_name(item.owner, item.parameter)
+        if name not in stored.parameters:
+            cause = f"it has no fitted values of {name}"
+            cure = f"{CURE}, or the scene with --set"
+            raise BadInput(Problem(f"File '{result}'", cause, cure))
+        found[item.owner, item.parameter] = stored.parameters[name].value
+    return request, found, stored
 
 
 def _at(item: UnknownRequest, known: dict[tuple[str, str], Values]) -> UnknownRequest:

@@ -5,13 +5,11 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import TYPE_CHECKING
 
-from ..advice.trade import report
+from ..advice.trade import choices, report
 from ..advice.trade.expected import Estimate
 from ..advice.trade.measure import Trade
 from ..advice.trade.start import estimate_of, trade_of
-from ..fit.plan import FitPlan
 from ..fit.request import RunRequest
 from ..fit.settings import FitSettings, with_overrides
 from ..paths import absolute
@@ -23,13 +21,10 @@ from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import bar, say, table
 
-if TYPE_CHECKING:
-    from ..json_text import JsonObject
-
 _SETTINGS = ("loss", "optimiser", "seed", "threads", "physical_refraction")
 
 
-def run(args: argparse.Namespace) -> JsonObject:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Measures within --budget and writes the table and the plot into --out; with --expected
     prints what the presets should take, and writes nothing."""
     problems: list[Problem] = []
@@ -66,24 +61,27 @@ def run(args: argparse.Namespace) -> JsonObject:
     arguments.stop_if(problems)
     if args.expected:
         return _expect(estimate)
-    plan = trade.plan
-    for text in grouped(plan.warnings):
+    for text in grouped(trade.plan.warnings):
         say(f"warning: {text}")
     _measure(trade)
     content = report.report(trade)
-    _show(content, plan)
+    _show(content)
     try:
         files = report.write(content, out)
     except OSError as error:
         cause = f"Folder '{out}': the table cannot be written ({error})"
-        return content | {"folder": None, "error": f"{cause}; make room or choose another --out"}
+        return {
+            **content.as_json(),
+            "folder": None,
+            "error": f"{cause}; make room or choose another --out",
+        }
     if why := report.why_no_plot(content):
         say(f"warning: {why}")
     say(f"wrote {', '.join(path for path in files.values() if path)}")
-    return content | {"folder": str(out), "files": files}
+    return {**content.as_json(), "folder": str(out), "files": files}
 
 
-def _expect(estimate: Estimate) -> JsonObject:
+def _expect(estimate: Estimate) -> dict[str, object]:
     """Seconds and errors of the presets, line by line."""
     for text in grouped(estimate.warnings):
         say(f"warning: {text}")
@@ -108,30 +106,32 @@ def _measure(trade: Trade) -> None:
         trade.cancel()
 
 
-def _show(content: JsonObject, plan: FitPlan) -> None:
+def _show(content: report.TradeReport) -> None:
     """The table, fastest first; `front` marks what nothing else beats in time and error."""
-    rows = sorted(content["settings"], key=lambda row: row["seconds"] or math.inf)
+    rows = sorted(content.rows, key=lambda row: row.seconds if row.runs else math.inf)
     table(
         ("settings", "runs", "seconds", "expected", "error", "front"),
         [
             (
-                row["preset"].capitalize() if row["preset"] else row["name"],
-                str(row["runs"]),
-                f"{row['seconds']:.1f}" if row["runs"] else "-",
-                f"{row['expected_seconds']:.1f}",
-                f"{row['error']:.4f}" if row["runs"] else "-",
-                "front" if row["on_front"] else "",
+                row.title,
+                str(row.runs),
+                f"{row.seconds:.1f}" if row.runs else "-",
+                f"{row.expected_seconds:.1f}",
+                f"{row.error:.4f}" if row.runs else "-",
+                "front" if row.on_front else "",
             )
             for row in rows
         ],
     )
     for row in rows:
-        if row["failure"]:
-            say(f"warning: '{row['name']}' came to no end: {row['failure']}")
-    left_out = sum(not row["runs"] and not row["failure"] for row in rows)
+        if row.failure:
+            say(f"warning: '{row.name}' came to no end: {row.failure}")
+    left_out = sum(not row.runs and not row.failure for row in rows)
     if left_out:
-        say(f"{left_out} settings do not fit into {content['budget']:g} s; raise --budget")
-    for item in plan.unknowns:
-        known = content["parameters"][item.name]
-        true, start = (", ".join(f"{x:.4g}" for x in known[key]) for key in ("true", "start"))
+        say(f"{left_out} settings do not fit into {content.trade.budget:g} s; raise --budget")
+    for item in content.trade.plan.unknowns:
+        true, start = (
+            ", ".join(f"{x:.4g}" for x in values)
+            for values in (item.start, choices.displaced(item))
+        )
         say(f"{item.name}: photos at {true}; fits start at {start}")

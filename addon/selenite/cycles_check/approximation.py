@@ -21,14 +21,16 @@ from ..scene_read.scene import read_scene
 from .render import render
 
 if TYPE_CHECKING:
-    from ..json_text import JsonObject
+    from ..scene_read.baking.approximated import ComparisonRequest, Difference
 
 #: Pixels along the longer side of the picture, and along a side of a block.
 SIDE, BLOCK = 128, 8
 _SAMPLES = 128
 
 
-def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -> JsonObject:
+def run(
+    folder: Path, request: ComparisonRequest, note: Callable[[float, str], None]
+) -> Difference | dict[str, object]:
     """Keys camera, mean and worst: differences relative to the mean of the picture by Cycles."""
     note(0.0, "comparing the approximation with Cycles")
     open_blend(str(folder / "scene.blend"), scripts=request["scripts"])
@@ -48,10 +50,11 @@ def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -
         size = (max(BLOCK, round(SIDE * aspect)), SIDE)
     film = native.core().render(build(read), camera.name, *size, _SAMPLES)
     cycles = render(scene, camera.name, size, _SAMPLES, 1, folder / "cycles.exr")
-    return {"camera": camera.name, **difference(np.asarray(film.image), cycles)}
+    mean, worst = difference(np.asarray(film.image), cycles)
+    return {"camera": camera.name, "mean": mean, "worst": worst}
 
 
-def difference(ours: np.ndarray, cycles: np.ndarray) -> dict[str, float]:
+def difference(ours: np.ndarray, cycles: np.ndarray) -> tuple[float, float]:
     """Mean and worst absolute difference of blocks, relative to the mean of `cycles`."""
     rows, columns = (size // BLOCK * BLOCK for size in cycles.shape[:2])
     shape = (rows // BLOCK, BLOCK, columns // BLOCK, BLOCK, 3)
@@ -60,4 +63,4 @@ def difference(ours: np.ndarray, cycles: np.ndarray) -> dict[str, float]:
         for item in (ours, cycles)
     ]
     apart = np.abs(blocks[0] - blocks[1]) / max(float(np.mean(cycles)), 1e-30)
-    return {"mean": float(apart.mean()), "worst": float(apart.mean(axis=2).max())}
+    return float(apart.mean()), float(apart.mean(axis=2).max())

@@ -14,7 +14,7 @@ from ..fit.capture_render import shown
 
 if TYPE_CHECKING:
     from .._core import Film
-    from ..json_text import JsonObject
+    from .report import MisfitRow
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Estimate:
         return Estimate(mean, np.zeros_like(mean))
 
 
-def misfit(ours: Estimate, wanted: Estimate, weight: np.ndarray) -> JsonObject:
+def misfit(ours: Estimate, wanted: Estimate, weight: np.ndarray) -> MisfitRow:
     """Bias and RMSE of `ours` relative to the mean of `wanted`, over weight (h, w).
 
     `..._noise`: one standard deviation of the bias, and the RMSE that noise alone would give.
@@ -77,7 +77,7 @@ def misfit(ours: Estimate, wanted: Estimate, weight: np.ndarray) -> JsonObject:
     }
 
 
-def line(name: str, row: JsonObject) -> str:
+def line(name: str, row: MisfitRow) -> str:
     """A misfit for the terminal."""
     return (
         f"{name}: bias {100 * row['relative_bias']:+.2f} % "

@@ -11,7 +11,7 @@ import json
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import bpy
 
@@ -25,7 +25,7 @@ from ..scene_read.values import GridValues
 from . import compare
 
 if TYPE_CHECKING:
-    from ..json_text import JsonObject
+    from .report import CheckReport, GridFile
 
 #: Relative bias of a photo, and RMSE, beyond noise, up to which Cycles agrees with a fit.
 BIAS_LIMIT, RMSE_LIMIT = 0.01, 0.05
@@ -50,7 +50,7 @@ class CheckJob(BlenderProcess):
         request: what was fitted, with its captures. values: what is written back into the copy;
         grids: what Volume objects show there, material -> use -> grid. images: files that base
         colours have there, by material. taken: captures with what a fit has found of them, see
-        `captures.render.as_found`. environment: the file of the world's image there, "" for the
+        `fit.capture_render.as_found`. environment: the file of the world's image there, "" for the
         scene's own.
         """
         super().__init__(_MODULE, "selenite-check-")
@@ -73,18 +73,26 @@ class CheckJob(BlenderProcess):
 
     def _keep_grids(
         self, grids: Mapping[str, Mapping[str, GridValues]]
-    ) -> dict[str, dict[str, JsonObject]]:
+    ) -> dict[str, dict[str, GridFile]]:
         """Writes their numbers into the folder and returns the rest."""
-        kept: dict[str, dict[str, JsonObject]] = {}
+        kept: dict[str, dict[str, GridFile]] = {}
         for number, (name, uses) in enumerate(grids.items()):
             for use, grid in uses.items():
                 file = f"grid-{number}-{use}.npy"
                 grid_files.write_npy(self.folder / file, grid.values)
-                entry = {"name": grid.name, "file": file, "to_unit": grid.to_unit.tolist()}
+                entry: GridFile = {
+                    "name": grid.name,
+                    "file": file,
+                    "to_unit": grid.to_unit.tolist(),
+                }
                 kept.setdefault(name, {})[use] = entry
         return kept
 
-    def keep(self, report: JsonObject, folder: Path) -> Path:
+    def result(self) -> CheckReport:
+        """Waits for the end. Raises ProcessFailed and BadInput."""
+        return cast("CheckReport", super().result())
+
+    def keep(self, report: CheckReport, folder: Path) -> Path:
         """Moves the pictures into a result folder and the numbers into its result.json (key
         `cycles`), which is made if there is none; returns the sheet's path. Raises OSError."""
         folder.mkdir(parents=True, exist_ok=True)
@@ -96,23 +104,25 @@ class CheckJob(BlenderProcess):
         return folder / "cycles_check.png"
 
 
-def verdict(report: JsonObject) -> str:
+def verdict(report: CheckReport) -> str:
     """Whether Cycles shows what was fitted, in one sentence. What few samples make of the noise is
     known no better than it: a difference as large as the noise is none."""
     worst, most, where = 1.0, 0.0, ""
     for photo, row in report["photos"].items():
         found = row["native_against_cycles"]
-        for kind, limit in (("bias", BIAS_LIMIT), ("rmse", RMSE_LIMIT)):
-            size = abs(found[f"relative_{kind}_beyond_noise"])
-            share = size / max(limit, found[f"relative_{kind}_noise"])
+        for size, noise, limit in (
+            (found["relative_bias_beyond_noise"], found["relative_bias_noise"], BIAS_LIMIT),
+            (found["relative_rmse_beyond_noise"], found["relative_rmse_noise"], RMSE_LIMIT),
+        ):
+            share = abs(size) / max(limit, noise)
             if share > worst:
-                worst, most, where = share, size, photo
+                worst, most, where = share, abs(size), photo
     if not where:
         return "Cycles agrees with the fit"
     return f"Cycles differs from the fit by {100 * most:.1f} % in '{where}': see its pictures"
 
 
-def lines(report: JsonObject) -> list[str]:
+def lines(report: CheckReport) -> list[str]:
     """The numbers for the terminal and for Blender's report."""
     found = []
     for photo, row in report["photos"].items():

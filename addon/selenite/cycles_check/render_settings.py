@@ -12,12 +12,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import bpy
 
 from ..scene_read import hosts
 from .setting_text import setting_text
+
+if TYPE_CHECKING:
+    from .report import RemarkRow
 
 #: Bounces that count as unlimited: Russian roulette has ended nearly every path before.
 MANY = 1024
@@ -57,9 +60,9 @@ class Remark:
         """As one line of text."""
         return f"{self.name} is {self.value} (fit: {self.wanted}): {self.cost}"
 
-    def as_json(self) -> dict[str, object]:
-        """A dict of plain values."""
-        return asdict(self)
+    def as_json(self) -> RemarkRow:
+        """For the report of a check."""
+        return cast("RemarkRow", asdict(self))
 
 
 @dataclass(frozen=True)

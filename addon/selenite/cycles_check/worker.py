@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from .._core import Scene
     from ..capture.prepared import Capture
     from ..fit.settings import FitSettings
-    from ..json_text import JsonObject
     from ..scene_read.values import CameraValues, GridValues
+    from .report import CheckedPhoto, CheckReport, CheckRequest, GridFile
 
 #: Cycles renders that often, with that many seeds; their spread tells the noise.
 SEEDS = 4
@@ -26,7 +26,7 @@ SEEDS = 4
 LARGEST_ERROR = 0.2
 
 
-def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -> JsonObject:
+def run(folder: Path, request: CheckRequest, note: Callable[[float, str], None]) -> CheckReport:
     """Writes the pictures and the sheet into `folder` and returns the report; note: of progress."""
     import bpy
 
@@ -124,7 +124,7 @@ def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -
 
 
 def _grids(
-    folder: Path, entries: dict[str, dict[str, JsonObject]]
+    folder: Path, entries: dict[str, dict[str, GridFile]]
 ) -> dict[str, dict[str, GridValues]]:
     """The fitted grids, material -> use -> grid."""
     import numpy as np
@@ -156,7 +156,7 @@ def _check(
     settings: FitSettings,
     samples: int,
     note: Callable[[str, float], None],
-) -> tuple[dict[str, JsonObject], dict[str, np.ndarray]]:
+) -> tuple[CheckedPhoto, dict[str, np.ndarray]]:
     """(numbers of one photo, its tiles for the sheet); writes its pictures, named by `stem`."""
     import numpy as np
 
@@ -201,7 +201,7 @@ def _check(
     cycles_png = np.ascontiguousarray(cycles.mean, np.float32)
     native.image().write_png(str(folder / "out" / f"{stem}_cycles.png"), cycles_png)
     everywhere = np.ones(capture.weight.shape)
-    row = {
+    row: CheckedPhoto = {
         "native_against_cycles": misfit(ours, cycles, everywhere),
         "cycles_against_photo": misfit(cycles, photo, capture.weight.astype(np.float64)),
         "native_against_photo": misfit(ours, photo, capture.weight.astype(np.float64)),

@@ -110,12 +110,12 @@ class Recorder:
         self._begun = True
 
     def _update(self, job: FitJob) -> None:
-        done = job.done()
+        done = job.progress_or_failure()
         if not done.running:
             job.request_state()
         data = job.take_state()
         if data is not None:
-            self._write(data, {"iterations": done.iterations, "seconds": done.seconds})
+            self._write(data, {"iterations": done.iteration, "seconds": done.seconds})
         if done.running and time.monotonic() >= self._next_state:
             job.request_state()
 
@@ -172,13 +172,14 @@ def _inputs(folder: Path) -> Inputs | None:
 def _state(folder: Path) -> SavedState:
     """Raises ValueError."""
     about = read_json(folder / _STATE, _LARGEST_STATE)
+    if not isinstance(about, dict):
+        raise ValueError("it holds no object")
     if about.get("schema") != SCHEMA:
         raise ValueError(f"its schema is {about.get('schema')!r}, of another version")
-    path = _own_file(folder, about["file"])
-    seconds = float(about["seconds"])
-    if not math.isfinite(seconds) or seconds < 0:
+    path, seconds = _own_file(folder, about["file"]), about["seconds"]
+    if not isinstance(seconds, (int, float)) or not 0 <= seconds < math.inf:
         raise ValueError(f"its 'seconds' is {seconds!r}")
-    return SavedState(str(path), path.read_bytes(), seconds)
+    return SavedState(str(path), path.read_bytes(), float(seconds))
 
 
 def _own_file(folder: Path, name: object) -> Path:

@@ -107,8 +107,7 @@ def _timed(plan: FitPlan, begun: Callable[[FitJob], None]) -> tuple[float, float
     job.start()
     begun(job)
     job.join()
-    seconds: float = job.result()["seconds"]
-    return seconds, paths(plan.request.settings, plan)
+    return job.result().seconds, paths(plan.request.settings, plan)
 
 
 def expected(plan: FitPlan, settings: FitSettings, per_path: float) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from .. import native
 from ..capture.views import View
+from ..parameters import Values
 from ..problems import BadInput, Failed, Problem, problems_of
 from . import trust
 from .diagnosis.course import Limits, diagnose, still_falling
@@ -19,7 +21,7 @@ from .plan import FitPlan
 from .staging import plan as stage_plan
 
 if TYPE_CHECKING:
-    from .._core import FitResult, History, Scene, StopReason
+    from .._core import FitResult, History, Progress, Scene
 
 _DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
 #: Pixels of all photos up to which a diagnosis is made by who polls: some 20 ms. Above it has a
@@ -31,44 +33,6 @@ MULTI_START, DESCENT = "multi-start", "descent"
 
 class FitFailed(Failed):
     """The native fit stopped with an error."""
-
-
-@dataclass(frozen=True)
-class Progress:
-    """State of a fit at one moment. `seconds_left` is NaN while unknown; `stage` is "" in a fit
-    without stages; `notes` are the sentences of `diagnosis`."""
-
-    running: bool
-    iteration: int
-    iterations: int
-    loss: float
-    seconds: float
-    seconds_left: float
-    stopped: StopReason
-    stopped_because: str
-    values: dict[str, list[float]]
-    phase: str = DESCENT
-    phase_fraction: float = 0.0
-    stage: str = ""
-    notes: tuple[str, ...] = ()
-    stage_index: int = 0
-    own_iteration: int = 0  # of the stage
-
-    @property
-    def fraction(self) -> float:
-        """Between 0 and 1, of the phase."""
-        if self.phase != DESCENT:
-            return min(1.0, self.phase_fraction)
-        return min(1.0, self.iteration / self.iterations) if self.iterations else 0.0
-
-
-@dataclass(frozen=True)
-class Done:
-    """iterations: of all stages."""
-
-    running: bool
-    iterations: int
-    seconds: float
 
 
 @dataclass(frozen=True)
@@ -125,33 +89,29 @@ class FitJob:
 
     def progress(self) -> Progress:
         """Cheap, at any time. Raises FitFailed when the thread met an error."""
-        state = self._fit.state()
-        if state["error"]:
-            raise FitFailed(_in_words(state["error"]))
-        if state["running"] and time.monotonic() >= self._next_diagnosis:
+        state = self._fit.progress()
+        if state.error:
+            raise FitFailed(_in_words(state.error))
+        if state.running and time.monotonic() >= self._next_diagnosis:
             self._diagnose()
             self._next_diagnosis = time.monotonic() + _DIAGNOSE_EVERY
-        stage = ""
-        if self.plan.stages:
-            name = self.plan.stages[state["stage"]].request.name
-            stage = f"{state['stage'] + 1} of {len(self.plan.stages)}: {name}"
-        return Progress(
-            running=state["running"],
-            iteration=state["iteration"],
-            own_iteration=state["own_iteration"],
-            stage=stage,
-            stage_index=state["stage"],
-            stopped=state["stopped"],
-            iterations=state["iterations"],
-            loss=state["loss"],
-            seconds=state["seconds"],
-            seconds_left=state["seconds_left"],
-            stopped_because=state["stopped_because"],
-            phase=state["phase"],
-            phase_fraction=state["phase_fraction"],
-            values={name: [float(x) for x in value] for name, value in state["values"].items()},
-            notes=self._notes,
-        )
+        return state
+
+    def progress_or_failure(self) -> Progress:
+        """The same of a fit that has failed too."""
+        return self._fit.progress()
+
+    def stage_title(self, progress: Progress) -> str:
+        """ "2 of 3: name"; "" in a fit without stages."""
+        if not self.plan.stages:
+            return ""
+        name = self.plan.stages[progress.stage].request.name
+        return f"{progress.stage + 1} of {len(self.plan.stages)}: {name}"
+
+    @property
+    def newest_notes(self) -> tuple[str, ...]:
+        """`notes` of a running fit, as they were when its progress was asked for."""
+        return self._notes
 
     def _diagnose(self) -> None:
         """Renews the notes, now or soon."""
@@ -182,7 +142,8 @@ class FitJob:
         """What is wrong now, in sentences: see `diagnosis`. Takes some milliseconds."""
         plan = self.plan
         captures, fitted = plan.captures, {item.name for item in plan.unknowns}
-        index = self._fit.state()["stage"]
+        state = self._fit.progress()
+        index = state.stage
         if plan.stages:
             captures = plan.stages[index].captures
             fitted &= set(plan.stages[index].request.parameters)
@@ -196,18 +157,13 @@ class FitJob:
             for item in plan.unknowns
             if item.name in fitted
         ]
-        result = self.so_far()
+        fit = self.so_far()
         return diagnose(
             self._fit.history(of_stage=True), limits, views, from_start=index == 0,
-            sure=trust.sure(result), running=self._fit.state()["running"],
-            transmits=plan.transmits, explained=trust.explained(result), opaque=plan.opaque,
+            sure=trust.sure(fit), running=state.running,
+            transmits=plan.transmits, explained=trust.explained(fit), opaque=plan.opaque,
             azimuths=plan.azimuths,
         )  # fmt: skip
-
-    def done(self) -> Done:
-        """How far it has come; of a fit that has failed too."""
-        state = self._fit.state()
-        return Done(state["running"], state["iteration"], state["seconds"])
 
     def request_state(self) -> None:
         """Asks for the whole state after the iteration that runs, or of a fit that has ended."""
@@ -228,33 +184,35 @@ class FitJob:
     def field(self, name: str) -> np.ndarray | None:
         """The newest values of a field, None where there is none of that name; as costly as
         `so_far`."""
-        found: np.ndarray | None = self.so_far()["fields_last"].get(name)
-        return found
+        return self.so_far().fields_last.get(name)
 
     def result(self) -> FitResult:
-        """After the end: the native result, and the key `notes`. Raises FitFailed."""
+        """After the end. Raises FitFailed."""
         self.progress()
-        found = self.so_far()
-        return found | {"notes": (*self.notes(), *still_falling(found))}
+        return self.so_far()
+
+    def closing_notes(self, fit: FitResult) -> tuple[str, ...]:
+        """After the end, of its result: what a user should know."""
+        return (*self.notes(), *still_falling(fit))
 
 
-def fitted_values(
-    plan: FitPlan, result: FitResult, *, best: bool = True
-) -> dict[tuple[str, str], tuple[float, ...]]:
-    """(owner, parameter) -> value at the best or the last iteration."""
-    values = result["values_best" if best else "values_last"]
+def fitted_values(plan: FitPlan, fit: FitResult) -> dict[tuple[str, str], Values]:
+    """(owner, parameter) -> value at the best iteration."""
     return {
-        (item.owner, item.parameter.name): tuple(float(x) for x in np.ravel(values[item.name]))
+        (item.owner, item.parameter.name): tuple(fit.values_best[item.name])
         for item in plan.unknowns
     }
 
 
-def scene_at(plan: FitPlan, result: FitResult) -> Scene:
-    """The plan's scene with the best values."""
-    values = {name: tuple(map(float, np.ravel(v))) for name, v in result["values_best"].items()}
+def scene_at(
+    plan: FitPlan, fit: FitResult, fields: Mapping[str, np.ndarray] | None = None
+) -> Scene:
+    """The plan's scene with the best values. fields: in place of those of the fit."""
+    fields = fit.fields_best if fields is None else fields
+    values = {name: tuple(value) for name, value in fit.values_best.items()}
     scene = plan.scene.with_values(stage_plan.constants(values, plan.unknowns, plan.fields))
     for item in plan.fields:
-        scene = item.placed(scene, result["fields_best"][item.name])
+        scene = item.placed(scene, fields[item.name])
     return scene
 
 

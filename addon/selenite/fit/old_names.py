@@ -4,10 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ..json_text import JsonObject
 
 #: Keys of result.json and of the report in state.json.
 KEYS = {"rivals": "alternative_minima", "contested": "ambiguous"}
@@ -15,7 +11,7 @@ KEYS = {"rivals": "alternative_minima", "contested": "ambiguous"}
 REASONS = {"the values have settled": "converged"}
 
 
-def renamed(data: Mapping[str, object]) -> JsonObject:
+def renamed(data: Mapping[str, object]) -> dict[str, object]:
     """The same with today's names, on every level."""
     return {KEYS.get(key, key): _renamed(key, value) for key, value in data.items()}
 

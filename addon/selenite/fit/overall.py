@@ -6,12 +6,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from ..problems import BadInput
 from .cost import phase_paths
-from .job import DESCENT, MULTI_START, Progress
+from .job import DESCENT, MULTI_START
 from .plan import FitPlan
 from .settings import FitSettings
+
+if TYPE_CHECKING:
+    from .._core import Progress
 
 #: In the order of a fit. The last four may repeat, then the share waits.
 PHASES = (MULTI_START, DESCENT, "refinement", "comparison", "roughness-profile", "parts")
@@ -54,8 +58,8 @@ class Overall:
 
     def update(self, progress: Progress) -> Shown:
         """The newest state. A phase that ends early moves the share on, never back."""
-        before = sum(sum(stage.values()) for stage in self._weights[: progress.stage_index])
-        stage = self._weights[min(progress.stage_index, len(self._weights) - 1)]
+        before = sum(sum(stage.values()) for stage in self._weights[: progress.stage])
+        stage = self._weights[min(progress.stage, len(self._weights) - 1)]
         place = PHASES.index(progress.phase) if progress.phase in PHASES else 0
         before += sum(stage[name] for name in PHASES[:place])
         here = before + stage[PHASES[place]] * self._of_phase(progress)
@@ -76,7 +80,7 @@ class Overall:
         """Share of the present phase."""
         if progress.phase != DESCENT:
             return min(max(progress.phase_fraction, 0.0), 1.0)
-        expected = self._descents[min(progress.stage_index, len(self._descents) - 1)]
+        expected = self._descents[min(progress.stage, len(self._descents) - 1)]
         done = progress.own_iteration / max(expected[0], 1)
         if expected[1] or done <= _SURE:
             return min(done, 1.0)

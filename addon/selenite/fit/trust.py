@@ -1,20 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How certain fitted values are: the native report for result.json, and in words."""
+"""How certain fitted values are: the native report, and in words."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from .. import native
-from ..parameters import join_name
+from ..parameters import join_name, plain
 from ..problems import listed
 from .diagnosis.gauge import ENVIRONMENT, gauges
 from .field_kinds import IN_PLACE_OF
 from .plan import FitPlan
 from .unknowns import Unknown
+
+if TYPE_CHECKING:
+    from .._core import FitResult, ParameterConfidence
 
 #: Between these an image of the same body can compensate for a transmission.
 _PART_CLEAR = (0.05, 0.95)
@@ -25,67 +29,90 @@ _HIDDEN, _BELOW = 0.04, 3.0
 GOOD, CLOSE = 1.0, 5.0
 #: The loss that takes no notice of exposure, which is most of what it leaves unexplained.
 _OF_ANY_EXPOSURE = "brightness-independent-mse"
-#: What a parameter without a report says.
-UNKNOWN: dict[str, Any] = {
-    "standard_error": None,
-    "interval_90": None,
-    "determined": None,
-    "at_bound": None,
-    "correlated_with": None,
-}
+T = TypeVar("T")
 
 
-def entries(unknown: Unknown, result: dict[str, Any]) -> dict[str, Any]:
-    """Keys of one parameter in result.json. Lists by channel for a colour, except `determined`:
-    every channel is. Null where the photos do not determine it: an interval is given where it is
-    valid. Beside an image of the world, a value that depends on its texels is not determined; its
-    interval is that for these texels.
-    """
-    reported = _reported(unknown, result)
-    if not reported:
-        return dict(UNKNOWN)
-    determined = list(reported["determined"])
+@dataclass(frozen=True)
+class Certainty:
+    """How sure a parameter is, by component: None where the photos do not determine it, or no
+    bound is met. `determined`: of all components; None without a refinement, where the others are
+    empty. Beside an image of the world, a value that depends on its texels is not determined; its
+    interval is that for these texels."""
 
-    def plain(values: Sequence[Any]) -> Any:  # noqa: ANN401 - a value or a list of them
-        return values[0] if len(values) == 1 else list(values)
+    standard_error: tuple[float | None, ...] = ()
+    interval_90: tuple[tuple[float, float] | None, ...] = ()
+    determined: bool | None = None
+    at_bound: tuple[str | None, ...] = ()
+    correlated_with: tuple[str | None, ...] = ()
 
-    def shown(values: Sequence[Any]) -> Any:  # noqa: ANN401
-        return plain([v if ok else None for v, ok in zip(values, determined, strict=True)])
-
-    return {
-        "standard_error": shown(reported["standard_error"]),
-        "interval_90": shown(reported["interval_90"]),
-        "determined": all(determined) and not depends_on_texels(unknown, result),
-        "at_bound": plain(reported["at_bound"]),
-        "correlated_with": plain(reported["correlated_with"]),
-    }
+    def as_json(self) -> dict[str, object]:
+        """Keys of one parameter in result.json: lists by channel for a colour."""
+        return {
+            "standard_error": _plain(self.standard_error),
+            "interval_90": _plain(self.interval_90),
+            "determined": self.determined,
+            "at_bound": _plain(self.at_bound),
+            "correlated_with": _plain(self.correlated_with),
+        }
 
 
-def _report(result: dict[str, Any]) -> dict[str, Any]:
-    """The native report; empty where there was no refinement."""
-    return result.get("report") or {}
+@dataclass(frozen=True)
+class Misfit:
+    """Squared brightness that no values explain. `hidden`: noise of the renders hides whether the
+    photos are explained."""
+
+    value: float
+    standard_error: float
+    explained: bool
+    hidden: bool
+
+    def as_json(self) -> dict[str, object]:
+        """For result.json."""
+        return asdict(self)
 
 
-def _reported(unknown: Unknown, result: dict[str, Any]) -> dict[str, Any] | None:
-    entry: dict[str, Any] | None = _report(result).get("parameters", {}).get(unknown.name)
-    return entry
+def certainty(unknown: Unknown, fit: FitResult) -> Certainty:
+    """Of one parameter."""
+    reported = fit.report.parameters.get(unknown.name)
+    if reported is None:
+        return Certainty()
+    determined = reported.determined
+
+    def shown(values: Sequence[T]) -> tuple[T | None, ...]:
+        return tuple(v if ok else None for v, ok in zip(values, determined, strict=True))
+
+    return Certainty(
+        shown(reported.standard_error),
+        shown(reported.interval_90),
+        all(determined) and not depends_on_texels(unknown, fit),
+        tuple(reported.at_bound),
+        tuple(reported.correlated_with),
+    )
 
 
-def misfit(result: dict[str, Any]) -> dict[str, Any] | None:
-    """For result.json; None where there was no refinement. `hidden`: noise of the renders hides
-    whether the photos are explained."""
-    report = _report(result)
-    if not report.get("passes"):
+def _plain(values: Sequence[object]) -> object:
+    """A value, or a list of them; None where there is none."""
+    return plain(values) if values else None
+
+
+def misfit(fit: FitResult) -> Misfit | None:
+    """None where there was no refinement."""
+    if not fit.report.passes:
         return None
-    found: dict[str, Any] = dict(report["misfit"])
-    value, error = found["value"], found["standard_error"]
-    return found | {"hidden": error > _HIDDEN or value < -_BELOW * error}
+    found = fit.report.misfit
+    value, error = found.value, found.standard_error
+    return Misfit(value, error, found.explained, error > _HIDDEN or value < -_BELOW * error)
 
 
-def explained(result: dict[str, Any]) -> bool:
+def explained(fit: FitResult) -> bool:
     """Whether the photos are explained within noise, and noise does not hide whether they are."""
-    left = misfit(result)
-    return left is not None and bool(left["explained"]) and not left["hidden"]
+    left = misfit(fit)
+    return left is not None and left.explained and not left.hidden
+
+
+def cancelled(fit: FitResult) -> bool:
+    """Whether the user has stopped it."""
+    return fit.stopped == native.core().StopReason.CANCELLED
 
 
 def unconverged(plan: FitPlan) -> list[str]:
@@ -94,43 +121,32 @@ def unconverged(plan: FitPlan) -> list[str]:
     return [item.id for item in plan.captures if item.isolated > 0]
 
 
-def _fields(result: dict[str, Any]) -> str:
+def _fields(fit: FitResult) -> str:
     """The names of the fitted grids and images; "" without one."""
-    return " and ".join(result.get("fields_best") or ())
+    return " and ".join(fit.fields_best)
 
 
-def sure(result: dict[str, Any]) -> bool:
+def sure(fit: FitResult) -> bool:
     """Whether the refinement has determined every value."""
-    reported = _report(result).get("parameters", {})
-    return bool(reported) and all(all(entry["determined"]) for entry in reported.values())
+    reported = fit.report.parameters
+    return bool(reported) and all(all(entry.determined) for entry in reported.values())
 
 
-def alternative_minima(result: dict[str, Any]) -> list[dict[str, list[float]]]:
-    """For result.json: values far from the best ones that explain the photos equally well."""
-    return list(_report(result).get("alternative_minima", ()))
-
-
-def ambiguous(result: dict[str, Any]) -> list[str]:
-    """For result.json: components, as "Body:base_color[1]", that only alternative minima leave
-    undetermined."""
-    return list(_report(result).get("ambiguous", ()))
-
-
-def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
+def words(unknown: Unknown, fit: FitResult) -> list[str]:
     """What a user should know about one value; without a refinement, what is known of its kind."""
-    lines = _fitted_with_an_image(unknown, result)
-    reported = _reported(unknown, result)
-    if not reported:
+    lines = _fitted_with_an_image(unknown, fit)
+    reported = fit.report.parameters.get(unknown.name)
+    if reported is None:
         return lines
     intervals = [
         f"{low:.3f} to {high:.3f}" if ok else "?"
-        for (low, high), ok in zip(reported["interval_90"], reported["determined"], strict=True)
+        for (low, high), ok in zip(reported.interval_90, reported.determined, strict=True)
     ]
-    if any(reported["determined"]):
-        lines += [f"{_confidence(result)}: {'; '.join(intervals)}", *_under_texels(unknown, result)]
-    if not all(reported["determined"]):
-        lines.append(_undetermined(unknown, reported, _alternatives(unknown, result)))
-    bounds = {side for side in reported["at_bound"] if side}
+    if any(reported.determined):
+        lines += [f"{_confidence(fit)}: {'; '.join(intervals)}", *_under_texels(unknown, fit)]
+    if not all(reported.determined):
+        lines.append(_undetermined(unknown, reported, _alternatives(unknown, fit)))
+    bounds = {side for side in reported.at_bound if side}
     for side in sorted(bounds):
         bound = unknown.minimum if side == "minimum" else unknown.maximum
         if side in unknown.range_ends:
@@ -140,9 +156,9 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
     return lines
 
 
-def reasons(unknown: Unknown, result: dict[str, Any]) -> list[str]:
+def reasons(unknown: Unknown, fit: FitResult) -> list[str]:
     """As `words`, without the interval itself."""
-    return [text for text in words(unknown, result) if not text.startswith(_confidence(result))]
+    return [text for text in words(unknown, fit) if not text.startswith(_confidence(fit))]
 
 
 def level_of_gains(plan: FitPlan) -> str:
@@ -152,28 +168,28 @@ def level_of_gains(plan: FitPlan) -> str:
     return next((item.name for item in plan.fields if item.kind.is_environment and free), "")
 
 
-def _confidence(result: dict[str, Any]) -> str:
+def _confidence(fit: FitResult) -> str:
     """What an interval is worth. It accounts for noise, for voxels fitted with the value, and for
     errors that pixels of a part or of a photo share: not for those that all photos share."""
-    left = misfit(result)
-    if left is not None and left["hidden"]:
+    left = misfit(fit)
+    if left is not None and left.hidden:
         return "90 %, but noise of the renders hides whether the photos are explained"
-    if left is None or left["explained"]:
+    if left is None or left.explained:
         return "90 %"
-    if fields := _fields(result):
+    if fields := _fields(fit):
         return f"90 %, provided that the misfit is that of {fields}"
-    share = unexplained_percent(result)
+    share = unexplained_percent(fit)
     text = f"{share:.1f}" if share < 10 else f"{share:.0f}"
     return f"90 % by how photos and their parts differ, with {text} % unexplained"
 
 
-def _fitted_with_an_image(unknown: Unknown, result: dict[str, Any]) -> list[str]:
+def _fitted_with_an_image(unknown: Unknown, fit: FitResult) -> list[str]:
     """Of a transmission fitted with the image of its own body, which can compensate for it.
     Measured: docs/measurements/fields.md."""
     image = join_name(unknown.owner, IN_PLACE_OF["base_color"])
-    if unknown.parameter.name != "transmission" or image not in (result.get("fields_best") or {}):
+    if unknown.parameter.name != "transmission" or image not in fit.fields_best:
         return []
-    value = float(np.ravel(result["values_best"][unknown.name])[0])
+    value = float(np.ravel(fit.values_best[unknown.name])[0])
     if not _PART_CLEAR[0] < value < _PART_CLEAR[1]:
         return []
     return [
@@ -183,42 +199,42 @@ def _fitted_with_an_image(unknown: Unknown, result: dict[str, Any]) -> list[str]
     ]
 
 
-def depends_on_texels(unknown: Unknown, result: dict[str, Any]) -> bool:
+def depends_on_texels(unknown: Unknown, fit: FitResult) -> bool:
     """Whether it shapes reflections, as a roughness or an IOR, beside an image of the world: how
     finely this tells directions apart moves it, and no interval knows of it. Measured:
     docs/measurements/fields.md."""
     of_gloss = unknown.parameter.name.rpartition("_")[2] in ("roughness", "ior")
-    return of_gloss and ENVIRONMENT in (result.get("fields_best") or {})
+    return of_gloss and ENVIRONMENT in fit.fields_best
 
 
-def _under_texels(unknown: Unknown, result: dict[str, Any]) -> list[str]:
-    if not depends_on_texels(unknown, result):
+def _under_texels(unknown: Unknown, fit: FitResult) -> list[str]:
+    if not depends_on_texels(unknown, fit):
         return []
-    rows, columns = np.shape(result["fields_best"][ENVIRONMENT])[:2]
+    rows, columns = np.shape(fit.fields_best[ENVIRONMENT])[:2]
     return [
         f"the interval takes the {rows * columns} texels of {ENVIRONMENT} for the light: fit "
         "again with another number of them, and do not rely on a value that changes"
     ]
 
 
-def _alternatives(unknown: Unknown, result: dict[str, Any]) -> list[str]:
+def _alternatives(unknown: Unknown, fit: FitResult) -> list[str]:
     """Its values in the alternative minima, where only these leave it undetermined."""
-    if unknown.name not in {name.partition("[")[0] for name in ambiguous(result)}:
+    if unknown.name not in {name.partition("[")[0] for name in fit.report.ambiguous}:
         return []
-    return [_text(values[unknown.name]) for values in alternative_minima(result)]
+    return [_text(values[unknown.name]) for values in fit.report.alternative_minima]
 
 
 def _text(values: Sequence[float]) -> str:
     return ", ".join(f"{value:.3g}" for value in values)
 
 
-def _undetermined(unknown: Unknown, reported: dict[str, Any], alternatives: list[str]) -> str:
+def _undetermined(unknown: Unknown, reported: ParameterConfidence, alternatives: list[str]) -> str:
     """Names what could compensate for it."""
-    channels = [c for c, ok in zip("RGB", reported["determined"], strict=False) if not ok]
-    which = "" if len(reported["determined"]) == 1 else f" in {', '.join(channels)}"
+    channels = [c for c, ok in zip("RGB", reported.determined, strict=False) if not ok]
+    which = "" if len(reported.determined) == 1 else f" in {', '.join(channels)}"
     others = {
         name.partition("[")[0]
-        for name, ok in zip(reported["correlated_with"], reported["determined"], strict=True)
+        for name, ok in zip(reported.correlated_with, reported.determined, strict=True)
         if name and not ok
     } - {unknown.name}
     text = f"not determined by these photos{which}"
@@ -231,38 +247,38 @@ def _undetermined(unknown: Unknown, reported: dict[str, Any], alternatives: list
     return text
 
 
-def sentences(plan: FitPlan, result: dict[str, Any], *, intervals: bool = True) -> list[str]:
+def sentences(plan: FitPlan, fit: FitResult, *, intervals: bool = True) -> list[str]:
     """All of it, a line each. intervals: not where a table has them."""
     said = words if intervals else reasons
-    lines = [f"{item.name}: {text}" for item in plan.unknowns for text in said(item, result)]
+    lines = [f"{item.name}: {text}" for item in plan.unknowns for text in said(item, fit)]
     if any("not determined" in line for line in lines):
         lines.append(
             "The most informative next photo: selenite next-camera RESULT_FOLDER, or Suggest Next "
             "Camera in the panel"
         )
-    lines += [gauge.text() for gauge in gauges(result)]
-    left = misfit(result)
+    lines += [gauge.text() for gauge in gauges(fit)]
+    left = misfit(fit)
     if plan.fields and left is None:
         names = " and ".join(item.name for item in plan.fields)
         lines.append(
             "The errors of these values are not known: few photos cannot separate them from "
             f"{names}. Compare fits from other starts or to other photos"
         )
-    for values in alternative_minima(result):
+    for values in fit.report.alternative_minima:
         all_of_it = "; ".join(f"{item.name} {_text(values[item.name])}" for item in plan.unknowns)
         lines.append(
             f"Alternative minimum, equivalent within noise: {all_of_it}. Decide by eye, or take "
             "another photo, more samples or larger pictures"
         )
-    if result.get("kept_start"):
-        advice = "" if explained(result) else ". Check lights, cameras and masks"
+    if fit.kept_start:
+        advice = "" if explained(fit) else ". Check lights, cameras and masks"
         lines.append(
             "No values were found whose loss is below that of the start: these are the start's"
             + advice
         )
     if left is not None:
-        lines.append(_misfit_text(left, unexplained_percent(result), _fields(result)))
-    elif not plan.fields and (share := unexplained_percent(result)) > 0:
+        lines.append(_misfit_text(left, unexplained_percent(fit), _fields(fit)))
+    elif not plan.fields and (share := unexplained_percent(fit)) > 0:
         counts = plan.request.settings.loss != _OF_ANY_EXPOSURE
         lines += [_unexplained(share)] if counts else []
     noisy = unconverged(plan)
@@ -271,55 +287,52 @@ def sentences(plan: FitPlan, result: dict[str, Any], *, intervals: bool = True) 
             f"Much light of {listed(noisy)} is in isolated bright pixels: values may be wrong by "
             "more than their intervals say"
         )
-    if text := of_search(result):
+    if text := of_search(fit):
         lines.append(text)
     return lines
 
 
-def of_search(result: dict[str, Any]) -> str:
+def of_search(fit: FitResult) -> str:
     """What a multi-start has done, "" where there was none."""
-    found = result.get("search") or {}
-    points = found.get("points")
-    if stopped_in_search(result):
+    points, moved = fit.search.points, fit.search.moved
+    if stopped_in_search(fit):
         if not points:
             return "Stopped before the first iteration: values are the start's"
-        which = "the best of them" if found["moved"] else "the start's: none is clearly better"
+        which = "the best of them" if moved else "the start's: none is clearly better"
         return (
             f"Stopped in the multi-start after {points} starting points: the values are {which}, "
             "not refined"
         )
     if not points:
         return ""
-    went = "continued from another one" if found["moved"] else "kept the given one"
+    went = "continued from another one" if moved else "kept the given one"
     return f"Multi-start: evaluated {points} starting points and {went}"
 
 
-def stopped_in_search(result: dict[str, Any]) -> bool:
+def stopped_in_search(fit: FitResult) -> bool:
     """Whether a fit was stopped in its multi-start, so that no step has followed."""
-    history = result.get("history") or {}
-    rows = len(history.get("iteration", ()))
-    return result.get("stopped") == native.core().StopReason.CANCELLED and not rows
+    return cancelled(fit) and not len(fit.history.iteration)
 
 
-def unexplained_percent(result: dict[str, Any]) -> float:
+def unexplained_percent(fit: FitResult) -> float:
     """Percent of the photos' brightness, where they are not explained. The misfit has the weights
     of the loss, whose tails make little of what is very wrong in places: then that of the photos
     themselves is the larger one."""
-    left = misfit(result)
-    of_fit = max(left["value"], 0.0) if left else 0.0
-    shares = [item.get("unexplained") or 0.0 for item in (result.get("captures") or {}).values()]
+    left = misfit(fit)
+    of_fit = max(left.value, 0.0) if left else 0.0
+    shares = [item.unexplained for item in fit.captures.values()]
     of_photos = sum(share**2 for share in shares) / max(len(shares), 1)
     return float(100 * max(of_fit, of_photos) ** 0.5)
 
 
-def _misfit_text(left: dict[str, Any], share: float, fields: str) -> str:
-    if left["hidden"]:
+def _misfit_text(left: Misfit, share: float, fields: str) -> str:
+    if left.hidden:
         return (
-            f"Misfit: not known ({left['value']:.3g} +- {left['standard_error']:.2g} of squared "
+            f"Misfit: not known ({left.value:.3g} +- {left.standard_error:.2g} of squared "
             "brightness): few bright paths make most of the renders; take more samples, or larger "
             "lamps"
         )
-    if left["explained"]:
+    if left.explained:
         return "Misfit: the photos are explained within noise"
     return _unexplained(share, fields)
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import bpy
 import mathutils
@@ -16,6 +16,7 @@ import numpy as np
 
 from ..scene_read import hosts
 from ..scene_read.geometry import corner_normals
+from ..scene_read.hosts import BpyStruct
 from .appearance import Appearances, of_gltf, of_obj
 from .blender_material import COLORS
 from .obj_scan import ObjScan, scan, write_copy
@@ -53,7 +54,7 @@ def new_mesh(mesh: ReconstructedMesh, made: list[bpy.types.ID]) -> bpy.types.Mes
         layer = data.uv_layers.new(name="UVMap")
         layer.data.foreach_set("uv", np.asarray(mesh.uvs[real], np.float32).ravel())
     if mesh.colors is not None:
-        attribute = cast(Any, data.color_attributes).new(COLORS, "FLOAT_COLOR", "POINT")
+        attribute = cast(BpyStruct, data.color_attributes).new(COLORS, "FLOAT_COLOR", "POINT")
         colors = np.ones((len(mesh.positions), 4), np.float32)
         colors[:, :3] = mesh.colors
         attribute.data.foreach_set("color", colors.ravel())
@@ -208,7 +209,7 @@ def _neutral(item: bpy.types.Object, appearances: Appearances) -> ReconstructedM
 
 def _colors(mesh: bpy.types.Mesh) -> np.ndarray | None:
     """(vertices, 3) linear, of the colours that are shown; a vertex has that of its last corner."""
-    attribute: Any = mesh.color_attributes.active_color
+    attribute: BpyStruct = mesh.color_attributes.active_color
     if attribute is None:
         return None
     colors = hosts.floats(attribute.data, "color", 4)[:, :3].astype(np.float64)

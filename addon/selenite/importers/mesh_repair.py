@@ -5,7 +5,7 @@ thickness at a point. Each changes one mesh; the caller makes it one undo step."
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import cast
 
 import bmesh
 import bpy
@@ -15,7 +15,7 @@ from mathutils.bvhtree import BVHTree
 
 from ..problems import BadInput, Problem
 from ..scene_read.closedness import Closedness, survey
-from ..scene_read.hosts import is_editable
+from ..scene_read.hosts import BpyStruct, is_editable
 from .blender_mesh import world_triangles
 
 #: Distance of vertices that are one, and of a ray's start from its surface: share of the diagonal.
@@ -148,7 +148,7 @@ def thickness_at(item: bpy.types.Object, point: np.ndarray) -> float:
     title = f"Object '{item.name}'"
     if not len(triangles):
         raise BadInput(Problem(title, "it has no face", "choose a mesh with faces"))
-    tree: Any = BVHTree.FromPolygons(positions.tolist(), triangles.tolist())
+    tree: BpyStruct = BVHTree.FromPolygons(positions.tolist(), triangles.tolist())
     place, normal, _, _ = tree.find_nearest(Vector(point.tolist()))
     diagonal = float(np.linalg.norm(np.ptp(positions, axis=0)))
     behind, _, _, distance = tree.ray_cast(place - normal * (_TINY * diagonal), -normal)

@@ -70,7 +70,7 @@ def update() -> bool:
         except FitFailed:
             return False
     elif RUN.result is not None and RUN.plan is not None:
-        values = fitted_environment(RUN.plan.fields, RUN.result["fields_best"])
+        values = fitted_environment(RUN.plan.fields, RUN.result.fields)
     show(unknown.start if values is None else values)
     return running
 

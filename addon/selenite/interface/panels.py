@@ -147,7 +147,7 @@ class SELENITE_PT_fit(bpy.types.Panel):
         for line in state.EXPECTED.get(context.scene.name, ()):
             paragraph(layout, context, line)
         _draw_staging(layout, context)
-        _draw_notes(layout, context, state.RUN.result["notes"] if state.RUN.result else ())
+        _draw_notes(layout, context, state.RUN.result.notes if state.RUN.result else ())
 
 
 class SELENITE_PT_advanced(bpy.types.Panel):
@@ -217,22 +217,22 @@ def _draw_pair(layout: bpy.types.UILayout, item: bpy.types.PropertyGroup) -> Non
 
 def _draw_running(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """Loss, values and remarks; the bar and the buttons are in the head of the tab."""
-    progress = state.RUN.progress
-    if progress is None:
+    job, progress = state.RUN.job, state.RUN.progress
+    if job is None or progress is None:
         layout.label(text="Starting")
         return
     if progress.phase == DESCENT:
         text = translated("Iteration {} of {}")
         layout.label(text=text.format(progress.iteration, progress.iterations))
-    if progress.stage:
-        layout.label(text=f"{translated('Stage')} {progress.stage}")
+    if stage := job.stage_title(progress):
+        layout.label(text=f"{translated('Stage')} {stage}")
     _draw_staging(layout, context)
     if math.isfinite(progress.loss):
         layout.label(text=f"{translated('Loss')} {progress.loss:.5g}")
     for name, value in progress.values.items():
         text = with_labels(name, context.scene.selenite.rows)
         paragraph(layout, context, f"{text}  {'  '.join(f'{x:.3f}' for x in value)}")
-    _draw_notes(layout, context, progress.notes)
+    _draw_notes(layout, context, job.newest_notes)
     if state.RUN.recorder is not None and state.RUN.recorder.trouble:
         _draw_notes(layout, context, [state.RUN.recorder.trouble])
 

@@ -13,7 +13,7 @@ from ..advice.information.job import BackgroundJob, Work
 from ..advice.information.job import Step as BackgroundStep
 from ..cycles_check.job import CheckJob
 from ..cycles_check.render_settings import Contents
-from ..fit.job import FitJob, Progress
+from ..fit.job import FitJob
 from ..fit.overall import Overall, Shown
 from ..fit.plan import FitPlan
 from ..problems import Problem
@@ -24,8 +24,9 @@ from .running.recorder import BackgroundRecorder, Closing
 from .running.work import Finishing, Preparing
 
 if TYPE_CHECKING:
-    from .._core import FitResult
+    from .._core import Progress
     from ..advice.information.conditioning import StageChoice
+    from ..report.finished_fit import FinishedFit
 
 W = TypeVar("W", bound=Work)
 #: What the panel says of a run that leaves nothing behind.
@@ -47,7 +48,7 @@ class Run:
     overall: Overall | None = None
     shown: Shown = field(default_factory=Shown)
     # `plan`, `result`, `folder` and `owners` before this run
-    before: tuple[FitPlan | None, FitResult | None, Path | None, dict[str, Owner]] = (
+    before: tuple[FitPlan | None, FinishedFit | None, Path | None, dict[str, Owner]] = (
         None,
         None,
         None,
@@ -60,7 +61,7 @@ class Run:
     keep: bool = True
     recorder: BackgroundRecorder | None = None
     plan: FitPlan | None = None
-    result: FitResult | None = None
+    result: FinishedFit | None = None
     folder: Path | None = None
     message: str = ""
 

@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..capture.prepared import Capture
 from ..fit.capture_render import alignment_of
 from ..problems import listed
+
+if TYPE_CHECKING:
+    from .._core import FitResult
 
 #: Pixels of the compared pictures: the native limit either way, and how near to it counts as there.
 _LIMIT, _NEAR = 4.0, 0.05
@@ -25,9 +28,9 @@ _FEWEST, _LEAST, _APART = 4, 1.0, 5.0
 _OF_MEDIAN = 1.4826
 
 
-def doubtful(captures: Sequence[Capture], result: Mapping[str, Any]) -> dict[str, str]:
+def doubtful(captures: Sequence[Capture], fit: FitResult) -> dict[str, str]:
     """Id of a photo -> why its shift is not believed: "limit" or "apart"."""
-    moved = {item.id: _moves(item, alignment_of(item, result)) for item in captures if item.align}
+    moved = {item.id: _moves(item, alignment_of(item, fit)) for item in captures if item.align}
     found = {name: "limit" for name, move in moved.items() if max(map(abs, move)) > _LIMIT - _NEAR}
     if len(moved) < _FEWEST:
         return found

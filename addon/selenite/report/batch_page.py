@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import html
 import io
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,7 +14,8 @@ from urllib.parse import quote
 
 from ..atomic_files import write_bytes
 from ..fit.checkpoint import RESULT
-from ..json_text import read_json
+from ..problems import BadInput
+from .result_file import stored_result
 from .table import interval, number
 
 TABLE, PAGE = "fits.csv", "index.html"
@@ -97,19 +99,15 @@ def write_pages(out: Path, fits: Sequence[Ended]) -> None:
 def _values(folder: Path) -> Iterator[Value]:
     """Of result.json."""
     try:
-        found = read_json(folder / RESULT)["parameters"]
-    except (ValueError, KeyError):
+        found = stored_result(folder).parameters
+    except BadInput:
         return
     for name, one in found.items():
-        if not isinstance(one["value"], list):
-            ends = one["interval_90"]
-            pair = (ends[0], ends[1]) if ends else None
-            yield Value(name, "", one["initial"], one["value"], pair, one["determined"])
-            continue
-        for at, fitted in enumerate(one["value"]):
-            ends = (one["interval_90"] or [None] * 3)[at]
-            pair = (ends[0], ends[1]) if ends else None
-            yield Value(name, _CHANNELS[at], one["initial"][at], fitted, pair, one["determined"])
+        channels = _CHANNELS if len(one.value) > 1 else ("",)
+        starts = one.initial or (math.nan,) * len(one.value)
+        pairs = one.interval_90 if len(one.interval_90) == len(one.value) else [None] * 3
+        for channel, start, value, pair in zip(channels, starts, one.value, pairs, strict=False):
+            yield Value(name, channel, start, value, pair, one.determined)
 
 
 def _table(fits: Sequence[Ended], values: Mapping[str, Sequence[Value]]) -> str:

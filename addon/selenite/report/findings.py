@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A result in short: each value with its interval and how sure it is, and one sentence for all."""
+"""A fit in short: each value with its interval and how sure it is, and one sentence for all."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
-from .. import native
 from ..fit import trust
 from ..fit.diagnosis.course import still_falling
 from ..fit.job import fitted_values
 from ..fit.plan import FitPlan
 from ..fit.unknowns import Unknown
 from ..parameters import Values
+
+if TYPE_CHECKING:
+    from .._core import FitResult
 
 SURE, WEAK, OPEN, UNKNOWN = "SURE", "WEAK", "OPEN", "UNKNOWN"
 #: Half an interval that is longer than this share of the bounds, on the scale of the parameter, is
@@ -55,52 +57,52 @@ class InShort:
     is_wrong: bool = False
 
 
-def findings(plan: FitPlan, result: dict[str, Any]) -> list[Finding]:
+def findings(plan: FitPlan, fit: FitResult) -> list[Finding]:
     """In the order of the plan, without grids and images."""
-    values = fitted_values(plan, result)
-    trusted = left_open(result) <= trust.CLOSE and not trust.unconverged(plan)
+    values = fitted_values(plan, fit)
+    trusted = left_open(fit) <= trust.CLOSE and not trust.unconverged(plan)
     return [
-        _finding(item, values[item.owner, item.parameter.name], result, trusted=trusted)
+        _finding(item, values[item.owner, item.parameter.name], fit, trusted=trusted)
         for item in plan.unknowns
     ]
 
 
-def in_short(plan: FitPlan, result: dict[str, Any]) -> InShort:
+def in_short(plan: FitPlan, fit: FitResult) -> InShort:
     """Whether the photos are explained, which values are open, and the next thing to do."""
-    icon, text = _verdict(plan, findings(plan, result), result)
-    kept = bool(result.get("kept_start")) and not trust.explained(result)
-    return InShort(text, icon, kept or _is_wrong(plan, result))
+    icon, text = _verdict(plan, findings(plan, fit), fit)
+    kept = fit.kept_start and not trust.explained(fit)
+    return InShort(text, icon, kept or _is_wrong(plan, fit))
 
 
-def left_open(result: dict[str, Any]) -> float:
+def left_open(fit: FitResult) -> float:
     """Percent of the photos' brightness that is not explained, beyond noise; infinite where that is
     not known."""
-    left = trust.misfit(result)
-    if left is None or left["hidden"]:
+    left = trust.misfit(fit)
+    if left is None or left.hidden:
         return math.inf
-    return 0.0 if left["explained"] else trust.unexplained_percent(result)
+    return 0.0 if left.explained else trust.unexplained_percent(fit)
 
 
-def _is_wrong(plan: FitPlan, result: dict[str, Any]) -> bool:
-    share = left_open(result)
+def _is_wrong(plan: FitPlan, fit: FitResult) -> bool:
+    share = left_open(fit)
     return trust.CLOSE < share < math.inf and not plan.fields
 
 
-def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) -> tuple[str, str]:
+def _verdict(plan: FitPlan, found: Sequence[Finding], fit: FitResult) -> tuple[str, str]:
     """(icon, sentence)"""
     fields = bool(plan.fields)
-    if result.get("kept_start") and not trust.explained(result):  # else the start was right
+    if fit.kept_start and not trust.explained(fit):  # else the start was right
         return OPEN, (
             "Nothing better than the start was found: check lights, cameras and masks, then fit "
             "again."
         )
-    if still_falling(result):
+    if still_falling(fit):
         return WEAK, (
             "The loss was still falling when the iterations ended: fit again with more iterations."
         )
-    left = trust.misfit(result)
+    left = trust.misfit(fit)
     if left is None:
-        if result.get("stopped") == native.core().StopReason.CANCELLED and not fields:
+        if trust.cancelled(fit) and not fields:
             return UNKNOWN, (
                 "Stopped before intervals were computed: let a fit end to know how sure the "
                 "values are."
@@ -110,7 +112,7 @@ def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) ->
             f"How sure the values are is not known {why}: compare the pictures, or fit from "
             "another start."
         )
-    if left["hidden"]:
+    if left.hidden:
         return WEAK, (
             "Noise of the renders hides whether the photos are explained: fit again with more "
             "samples."
@@ -120,13 +122,13 @@ def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) ->
             "Isolated bright pixels have much of the photos' light: values may be wrong by more "
             "than their intervals say. Render the photos with more samples and fit again."
         )
-    share = left_open(result)
-    if _is_wrong(plan, result):
+    share = left_open(fit)
+    if _is_wrong(plan, fit):
         return OPEN, (
             f"Wrong camera or light? {share:.0f} % of the photos' brightness is not explained: "
             "compare the pictures before you apply the values."
         )
-    if trust.alternative_minima(result):
+    if fit.report.alternative_minima:
         return OPEN, (
             "Other values explain the photos equally well: decide by eye, or add a photo "
             "(Suggest Next Camera)."
@@ -157,18 +159,15 @@ def _match(share: float) -> str:
     return "Good match" if share <= trust.GOOD else "Close"
 
 
-def _finding(unknown: Unknown, value: Values, result: dict[str, Any], *, trusted: bool) -> Finding:
-    entry = trust.entries(unknown, result)
+def _finding(unknown: Unknown, value: Values, fit: FitResult, *, trusted: bool) -> Finding:
+    sure = trust.certainty(unknown, fit)
     name = unknown.parameter
     place = _mean([_place(unknown, x) for x in value])
-    known = entry["determined"] is not None
-    if not known:
+    if sure.determined is None:
         return Finding(
             unknown.owner, name.name, name.unit, value, (), (), UNKNOWN, (place, place), place
         )
-    rows = entry["interval_90"]
-    rows = [rows] if len(value) == 1 else rows
-    ends = [row for row in rows if row is not None]
+    ends = [row for row in sure.interval_90 if row is not None]
     if len(ends) < len(value):
         return Finding(unknown.owner, name.name, name.unit, value, (), (), OPEN, (0.0, 1.0), place)
     low, high = (tuple(float(row[side]) for row in ends) for side in (0, 1))
@@ -179,9 +178,7 @@ def _finding(unknown: Unknown, value: Values, result: dict[str, Any], *, trusted
     long = any(
         _place(unknown, b) - _place(unknown, a) > 2 * _WEAK for a, b in zip(low, high, strict=True)
     )
-    bounds = entry["at_bound"]
-    at_bound = any(bounds if isinstance(bounds, list) else [bounds])
-    weak = long or at_bound or trust.depends_on_texels(unknown, result)
+    weak = long or any(sure.at_bound) or trust.depends_on_texels(unknown, fit)
     sureness = SURE if trusted and not weak else WEAK
     return Finding(unknown.owner, name.name, name.unit, value, low, high, sureness, bar, place)
 

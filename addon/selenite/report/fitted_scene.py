@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from ..fit import fields as all_fields
 from ..fit.checkpoint import RESULT
@@ -12,12 +12,10 @@ from ..fit.field_kinds import IN_PLACE_OF, KINDS
 from ..fit.request import UnknownRequest
 from ..fit.settings import FitSettings
 from ..fit.unknowns import choose
-from ..json_text import read_json
 from ..parameters import Values, join_name, split_name
 from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
-
-_CURE = "give the folder of a fit that has ended"
+from .result_file import CURE, StoredParameter, stored_result
 
 
 def at_result(
@@ -27,15 +25,15 @@ def at_result(
 
     folder: holds result.json and the files that it names. Raises BadInput.
     """
-    rows = _rows(folder / RESULT)
+    rows = _parameters(folder)
     constants, requests = {}, []
     for name, row in rows.items():
         owner, parameter = split_name(name)
         if parameter in KINDS:
-            file = str(folder / _file_of(row, folder))
+            file = str(folder / _file_of(name, row, folder))
             requests.append(UnknownRequest(owner, parameter, grid=file))
         elif join_name(owner, IN_PLACE_OF.get(parameter, "")) not in rows:
-            constants[owner, parameter] = _numbers(row["value"], folder)
+            constants[owner, parameter] = row.value
     problems: list[Problem] = []
     settings = FitSettings()
     # A grid is in the scene only where a medium is, which the fit may have made.
@@ -50,38 +48,20 @@ def at_result(
 def field_files(folder: Path) -> dict[str, Path]:
     """Name -> file of each grid and image of a result folder. Raises BadInput."""
     return {
-        name: folder / _file_of(row, folder)
-        for name, row in _rows(folder / RESULT).items()
+        name: folder / _file_of(name, row, folder)
+        for name, row in _parameters(folder).items()
         if split_name(name)[1] in KINDS
     }
 
 
-def _rows(path: Path) -> dict[str, dict[str, Any]]:
-    """The parameters of result.json. Raises BadInput."""
-    try:
-        rows = read_json(path)["parameters"]
-        for name, row in rows.items():
-            split_name(name)
-            row["value"]
-    except (ValueError, LookupError, TypeError, AttributeError) as error:
-        cause = f"cannot be read ({error})"
-        raise BadInput(Problem(f"File '{path}'", cause, _CURE)) from error
-    return dict(rows)
-
-
-def _file_of(row: dict[str, Any], folder: Path) -> str:
-    """Of a grid or an image: one of the folder's own. Raises BadInput."""
-    files = row.get("files")
-    if isinstance(files, list) and files and isinstance(files[0], str):
-        name = Path(files[0]).name
-        if name == files[0]:
-            return name
-    raise BadInput(Problem(f"File '{folder / RESULT}'", f"its files are {files!r}", _CURE))
-
-
-def _numbers(value: object, folder: Path) -> Values:
+def _parameters(folder: Path) -> Mapping[str, StoredParameter]:
     """Raises BadInput."""
-    items: list[Any] = value if isinstance(value, list) else [value]
-    if items and all(type(item) in (int, float) for item in items):
-        return tuple(float(item) for item in items)
-    raise BadInput(Problem(f"File '{folder / RESULT}'", f"a value is {value!r}", _CURE))
+    return stored_result(folder).parameters
+
+
+def _file_of(name: str, row: StoredParameter, folder: Path) -> str:
+    """Of a grid or an image. Raises BadInput."""
+    if not row.files:
+        cause = f"it names no file of '{name}'"
+        raise BadInput(Problem(f"File '{folder / RESULT}'", cause, CURE))
+    return row.files[0]

@@ -9,22 +9,22 @@ how large that factor may be. Source: docs/method/confidence.md, "Gains beside f
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .. import native
-from ..capture.prepared import Capture
+from ..capture.prepared import Capture, Gain
 from ..capture.views import blurred
 from ..fit.capture_render import as_found, evaluator
 from ..fit.fields import FieldUnknown, ImageUnknown
-from ..fit.job import scene_at
 from ..fit.plan import FitPlan
+from .finished_fit import FinishedFit, Intervals
 
 if TYPE_CHECKING:
-    from .._core import Scene
+    from .._core import FitResult, FoundPhoto, Scene
 
 #: The field's other brightness, as a factor; samples and rows of the pictures that compare the two.
 _FACTOR, _SPP, _ROWS = 0.9, 16, 64
@@ -47,32 +47,33 @@ class Change:
 
 def widened(
     plan: FitPlan,
-    result: dict[str, Any],
+    result: FinishedFit,
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
-) -> dict[str, Any]:
+) -> FinishedFit:
     """The result with wider intervals of gains, where fields are fitted and gains are free."""
     free = [item for item in plan.captures if item.free_gain != "none"]
-    rows = result.get("captures") or {}
-    if not plan.fields or not any("gain_interval_90" in rows.get(item.id, {}) for item in free):
+    rows = result.fit.captures
+    if not plan.fields or not any(item.id in rows for item in free):
         return result
     wider = {item.id: 0.0 for item in plan.captures}
-    base = scene_at(plan, result)
+    base = result.scene(plan)
     for index, field in enumerate(plan.fields):
         progress(f"gains beside {field.name}", index / len(plan.fields))
-        values = result["fields_best"][field.name]
+        values = result.fields[field.name]
         dimmed = field.placed(base, _dimmed(field, values))
-        changes = {item.id: change(plan, result, item, base, dimmed) for item in plan.captures}
+        changes = {item.id: change(plan, result.fit, item, base, dimmed) for item in plan.captures}
         level = level_error(
-            [(changes[item.id], _unexplained(rows.get(item.id, {}))) for item in plan.captures],
+            [(changes[item.id], _unexplained(rows.get(item.id))) for item in plan.captures],
             [item.free_gain != "none" for item in plan.captures],
         )
         for item in free:
             wider[item.id] = max(wider[item.id], abs(changes[item.id].gain) * level)
-    found = {
-        name: _with_wider(row, wider.get(name, 0.0)) if "gain_interval_90" in row else row
+    intervals = {
+        name: _wider(row.gain, row.gain_interval_90, wider.get(name, 0.0))
         for name, row in rows.items()
+        if row.gain is not None and row.gain_interval_90 is not None
     }
-    return result | {"captures": found}
+    return replace(result, gain_intervals=intervals)
 
 
 def level_error(changes: Sequence[tuple[Change, float]], free: Sequence[bool]) -> float:
@@ -85,12 +86,10 @@ def level_error(changes: Sequence[tuple[Change, float]], free: Sequence[bool]) -
     return 1 / math.sqrt(information) if information > 0 else _PRIOR
 
 
-def change(
-    plan: FitPlan, result: dict[str, Any], capture: Capture, base: Scene, dimmed: Scene
-) -> Change:
+def change(plan: FitPlan, fit: FitResult, capture: Capture, base: Scene, dimmed: Scene) -> Change:
     """Renders the photo with both values of the field, by two sets of random numbers: products of
     pictures have no bias by their noise."""
-    small = _small(as_found(capture, result))
+    small = _small(as_found(capture, fit))
     view, settings = small.view(), plan.request.settings
     pictures, slopes = [], []
     for seed in (settings.seed + 1, settings.seed + 2):
@@ -139,15 +138,15 @@ def _small(capture: Capture) -> Capture:
     return capture.small((max(1, round(columns * _ROWS / rows)), _ROWS))
 
 
-def _unexplained(row: Mapping[str, Any]) -> float:
-    return float(row.get("unexplained") or 0.0)
+def _unexplained(photo: FoundPhoto | None) -> float:
+    return photo.unexplained if photo is not None else 0.0
 
 
-def _with_wider(row: Mapping[str, Any], error: float) -> dict[str, Any]:
+def _wider(gains: Gain, intervals: Intervals, error: float) -> Intervals:
     """error: one more standard deviation of the logarithm."""
-    intervals = []
-    for gain, (_low, high) in zip(row["gain"], row["gain_interval_90"], strict=True):
+    found = []
+    for gain, (_low, high) in zip(gains, intervals, strict=True):
         own = math.log(max(high, gain) / gain)
         wide = math.exp(math.hypot(own, _QUANTILE * error))
-        intervals.append((gain / wide, gain * wide))
-    return {**row, "gain_interval_90": intervals}
+        found.append((gain / wide, gain * wide))
+    return found

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,11 +20,10 @@ from ..capture.prepared import Capture
 from ..fit.capture_render import as_found, evaluator
 from ..fit.fields import EnvironmentUnknown, FieldUnknown, ImageUnknown
 from ..fit.fields.images import seen
-from ..fit.job import scene_at
 from ..fit.plan import FitPlan
 
 if TYPE_CHECKING:
-    from .._core import Scene
+    from .._core import FitResult, Scene
 
 #: Samples of the derivatives; photos and renders are asked by the same paths, so that most noise
 #: cancels. And the least light of a texel.
@@ -70,20 +69,22 @@ class Halves:
 
 def of_images(
     plan: FitPlan,
-    result: dict[str, Any],
+    fit: FitResult,
+    scene: Scene,
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> dict[str, Halves]:
-    """By the image's name; none of a single photo. Photos take turns, as lists run round a body."""
+    """By the image's name; none of a single photo. Photos take turns, as lists run round a body.
+    scene: with the fitted values."""
     kinds = (ImageUnknown, EnvironmentUnknown)
     images = [item for item in plan.fields if isinstance(item, kinds)]
     if not images or len(plan.captures) < 2:  # noqa: PLR2004 - two halves
         return {}
-    scene, found = scene_at(plan, result), {}
+    found = {}
     for item in images:
         sums = []
         for half in range(2):
             progress(f"halves of the photos of {item.name}", half / 2)
-            sums.append(_asked(plan, result, item, scene, plan.captures[half::2]))
+            sums.append(_asked(plan, fit, item, scene, plan.captures[half::2]))
         found[item.name] = halves(*sums)
     return found
 
@@ -116,7 +117,7 @@ def halves(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarr
 
 def _asked(
     plan: FitPlan,
-    result: dict[str, Any],
+    fit: FitResult,
     item: FieldUnknown,
     scene: Scene,
     captures: Sequence[Capture],
@@ -126,7 +127,7 @@ def _asked(
     settings = plan.request.settings
     asked = evaluator(scene, settings)
     for capture in captures:
-        found = as_found(capture, result)
+        found = as_found(capture, fit)
         render = asked.picture(found.view(), _SPP, seed=settings.seed + 1).image
         for sums, picture in zip(total, (capture.reference, render), strict=True):
             light = np.maximum(picture.mean(axis=2), 0) * capture.weight

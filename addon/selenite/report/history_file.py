@@ -6,26 +6,31 @@ from __future__ import annotations
 import csv
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from .._core import History
 
-def write_history(path: Path, history: dict[str, Any], numbers: set[str]) -> None:
+
+def write_history(path: Path, history: History, numbers: set[str]) -> None:
     """One row per iteration; a value that was not measured is left empty. `numbers`: the fields
     that hold no colours."""
-    columns: list[tuple[str, np.ndarray]] = [
-        (name, np.asarray(history[name]))
-        for name in ("stage", "iteration", "loss", "validation")
-        if name in history
+    columns: list[tuple[str, np.ndarray]] = []
+    if history.stage is not None:
+        columns.append(("stage", history.stage))
+    columns += [
+        ("iteration", history.iteration),
+        ("loss", history.loss),
+        ("validation", history.validation),
     ]
-    bias = np.asarray(history["mean_bias"])
+    bias = history.mean_bias
     columns += [(f"mean_bias_{c}", bias[:, i]) for i, c in enumerate("rgb")]
-    for name, values in history["values"].items():
-        values = np.asarray(values)
+    for name, values in history.values.items():
         names = [name] if values.shape[1] == 1 else [f"{name}.{c}" for c in "rgb"]
         columns += [(label, values[:, i]) for i, label in enumerate(names)]
-    for name, column in history["field_means"].items():
+    for name, column in history.field_means.items():
         if name in numbers:
             columns.append((f"{name} mean", column[:, 0]))
         else:
@@ -37,7 +42,7 @@ def write_history(path: Path, history: dict[str, Any], numbers: set[str]) -> Non
             writer.writerow([_cell(values[row]) for _, values in columns])
 
 
-def _cell(value: Any) -> str:  # noqa: ANN401 - numpy scalars
+def _cell(value: np.integer | np.floating) -> str:
     if isinstance(value, np.integer):
         return str(int(value))
     return "" if math.isnan(value) else repr(float(value))

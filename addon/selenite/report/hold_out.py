@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -43,15 +43,31 @@ class SquaredError:
         )
 
     def as_json(self) -> dict[str, float | None]:
-        """`relative_error`: root mean square over that of the photos; None where noise of the
-        renders hides it. `at_most`: its upper limit, of 95 %."""
+        """Keys of a photo, or of all, in compare.json."""
+        return {"relative_error": self.relative, "at_most": self.at_most}
+
+    @property
+    def relative(self) -> float | None:
+        """Root mean square over that of the photos; None where noise of the renders hides it."""
+        square, deviation = self._relative_to_light()
+        return None if square <= _HIDDEN * deviation else math.sqrt(square)
+
+    @property
+    def at_most(self) -> float:
+        """Its upper limit, of 95 %."""
+        square, deviation = self._relative_to_light()
+        return math.sqrt(max(square, 0.0) + _LIMIT * deviation)
+
+    def percent(self) -> str:
+        """In words."""
+        if self.relative is None:
+            return f"at most {100 * self.at_most:.2g} %, hidden by noise"
+        return f"{100 * self.relative:.3g} %"
+
+    def _relative_to_light(self) -> tuple[float, float]:
+        """The squared difference and its deviation."""
         light = max(self.light, 1e-30)
-        square, deviation = self.difference / light, math.sqrt(self.variance) / light
-        hidden = square <= _HIDDEN * deviation
-        return {
-            "relative_error": None if hidden else math.sqrt(square),
-            "at_most": math.sqrt(max(square, 0.0) + _LIMIT * deviation),
-        }
+        return self.difference / light, math.sqrt(self.variance) / light
 
 
 NOTHING = SquaredError(0.0, 0.0, 0.0)
@@ -67,7 +83,7 @@ class Compared:
     own: SquaredError
     own_gain: tuple[float, float, float]
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """Keys of a photo in compare.json."""
         return {
             **self.error.as_json(),
@@ -122,32 +138,39 @@ def squared_error(
     )
 
 
-def report(rows: Iterable[Compared], fitted: Iterable[str] = ()) -> dict[str, Any]:
-    """Pooled over all photos, and by photo. fitted: ids of photos that the fit has seen."""
-    rows, seen = list(rows), set(fitted)
-    return {
-        **sum((row.error for row in rows), NOTHING).as_json(),
-        "with_own_gain": sum((row.own for row in rows), NOTHING).as_json(),
-        "captures": {
-            row.capture.id: row.as_json() | {"fitted": row.capture.id in seen} for row in rows
-        },
-    }
+@dataclass(frozen=True)
+class Comparison:
+    """Of several photos. fitted: ids of those that the fit has seen."""
 
+    rows: Sequence[Compared]
+    fitted: Sequence[str] = ()
 
-def percent(found: Mapping[str, Any]) -> str:
-    """An error of a report in words."""
-    error = found["relative_error"]
-    if error is None:
-        return f"at most {100 * found['at_most']:.2g} %, hidden by noise"
-    return f"{100 * error:.3g} %"
+    @property
+    def error(self) -> SquaredError:
+        """Of all photos together."""
+        return sum((row.error for row in self.rows), NOTHING)
 
+    @property
+    def own(self) -> SquaredError:
+        """The same, each photo with the gain that suits it best."""
+        return sum((row.own for row in self.rows), NOTHING)
 
-def sentences(rows: Sequence[Compared]) -> list[str]:
-    """Of a fit that held photos out."""
-    found = report(rows)
-    count = f"{len(rows)} photos" if len(rows) > 1 else "1 photo"
-    own = percent(found["with_own_gain"])
-    return [f"Held out: {count}, off by {percent(found)}, with a gain of their own by {own}"]
+    def as_json(self) -> dict[str, object]:
+        """For compare.json, and for result.json of a fit that held photos out."""
+        captures = {
+            row.capture.id: row.as_json() | {"fitted": row.capture.id in self.fitted}
+            for row in self.rows
+        }
+        own = self.own.as_json()
+        return {**self.error.as_json(), "with_own_gain": own, "captures": captures}
+
+    def sentence(self) -> str:
+        """Of a fit that held them out."""
+        count = f"{len(self.rows)} photos" if len(self.rows) > 1 else "1 photo"
+        return (
+            f"Held out: {count}, off by {self.error.percent()}, with a gain of their own by "
+            f"{self.own.percent()}"
+        )
 
 
 def fitted_among(captures: Sequence[Capture], asked: Sequence[CaptureRequest]) -> list[str]:

@@ -12,19 +12,20 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .. import native
 from ..capture.light_states import AS_IN_SCENE, LightState, described, is_as_in_scene, key_of
 from ..capture.prepared import Capture
+from ..fit import trust
 from ..fit.capture_render import as_found, evaluator
 from ..fit.job import scene_at
 from ..fit.plan import FitPlan
+from .finished_fit import FinishedFit
 
 if TYPE_CHECKING:
-    from .._core import Evaluator
+    from .._core import Evaluator, FitResult
 
 #: Pixels of a picture, samples of one, and by how much more the verdict has.
 _PIXELS, _SPP, _AGAIN = 32 * 32, 16, 4
@@ -73,34 +74,34 @@ class Mismatch:
 
 def with_warnings(
     plan: FitPlan,
-    result: dict[str, Any],
+    result: FinishedFit,
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
-) -> dict[str, Any]:
+) -> FinishedFit:
     """The result with a note for each of `mismatches`."""
-    notes = [item.sentence() for item in mismatches(plan, result, progress)]
-    return result | {"notes": (*result.get("notes", ()), *notes)}
+    notes = [item.sentence() for item in mismatches(plan, result.fit, progress)]
+    return replace(result, notes=(*result.notes, *notes))
 
 
 def mismatches(
     plan: FitPlan,
-    result: dict[str, Any],
+    fit: FitResult,
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> list[Mismatch]:
     """Photos whose lights are probably not those of their captures. Renders nothing where captures
     say nothing of lights, and after a fit that was stopped: who stops one does not wait. Photos
     beyond `_MOST_SECONDS` are left out. May be interrupted between two pictures."""
     captures = plan.captures
-    if result.get("stopped") == native.core().StopReason.CANCELLED:
+    if trust.cancelled(fit):
         return []
     if all(is_as_in_scene(item.lights) for item in captures):
         return []
     end = time.monotonic() + _MOST_SECONDS
     settings = plan.request.settings
-    scenes = [evaluator(scene, settings) for scene in (scene_at(plan, result), plan.scene)]
+    scenes = [evaluator(scene, settings) for scene in (scene_at(plan, fit), plan.scene)]
     views = []
     for index, capture in enumerate(captures):
         progress(f"lights of {capture.id}", 0.2 * index / len(captures))
-        view = _View.of(plan, scenes, capture, result)
+        view = _View.of(plan, scenes, capture, fit)
         own = view.error(capture.lights, 1)
         if time.monotonic() > end:
             return []
@@ -169,13 +170,11 @@ class _View:
     seed: int
 
     @staticmethod
-    def of(
-        plan: FitPlan, scenes: Sequence[Evaluator], capture: Capture, result: dict[str, Any]
-    ) -> _View:
+    def of(plan: FitPlan, scenes: Sequence[Evaluator], capture: Capture, fit: FitResult) -> _View:
         height, width = capture.reference.shape[:2]
         scale = min(1.0, math.sqrt(_PIXELS / (width * height)))
         size = max(1, round(width * scale)), max(1, round(height * scale))
-        small = as_found(capture, result).small(size)
+        small = as_found(capture, fit).small(size)
         free = capture.free_gain != "none"
         return _View(small, scenes, free, plan.request.settings.seed)
 
@@ -243,7 +242,7 @@ def _others(
     if own["lamps"] is None or len(own["lamps"]) != 1:
         return
     for lamp in dict.fromkeys(lamps):
-        alone = {**AS_IN_SCENE, "lamps": [lamp], "world": own["world"]}
+        alone: LightState = {**AS_IN_SCENE, "lamps": [lamp], "world": own["world"]}
         if key_of(alone) not in known:
             known.add(key_of(alone))
             yield alone, ""

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from .. import mean_free_path
 from ..capture.prepared import Capture
@@ -19,7 +19,11 @@ from ..fit.plan import FitPlan
 from ..fit.unknowns import Unknown
 from ..parameters import Values
 from .findings import Finding, findings, in_short
-from .results import field_means, found_of_photo
+from .finished_fit import FinishedFit
+from .result_file import photo_row
+
+if TYPE_CHECKING:
+    from .._core import FitResult
 
 TITLES = ("parameter", "start", "fitted", "90 % interval", "verdict")
 #: What a sureness is called.
@@ -47,11 +51,11 @@ class Line:
         return self.name, self.start, self.fitted, self.interval, self.verdict
 
 
-def lines(plan: FitPlan, result: dict[str, Any]) -> list[Line]:
+def lines(plan: FitPlan, result: FinishedFit) -> list[Line]:
     """Every number that was fitted: parameters by channel, means of fields, gains and shifts."""
-    values = fitted_values(plan, result)
+    values = fitted_values(plan, result.fit)
     found = []
-    for unknown, finding in zip(plan.unknowns, findings(plan, result), strict=True):
+    for unknown, finding in zip(plan.unknowns, findings(plan, result.fit), strict=True):
         found += _of_parameter(unknown, values[unknown.owner, unknown.parameter.name], finding)
         if unknown.parameter.name == "extinction":
             found.append(_length(unknown, values[unknown.owner, "extinction"], plan))
@@ -62,13 +66,13 @@ def lines(plan: FitPlan, result: dict[str, Any]) -> list[Line]:
     return found
 
 
-def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
+def sentences(plan: FitPlan, fit: FitResult) -> list[str]:
     """At most three: what is explained, why a value is open, and what to do. log.txt has all."""
-    found = [trust.of_search(result)] if trust.stopped_in_search(result) else []
-    found += [in_short(plan, result).sentence]
-    found += [gauge.text() for gauge in gauges(result)]
+    found = [trust.of_search(fit)] if trust.stopped_in_search(fit) else []
+    found += [in_short(plan, fit).sentence]
+    found += [gauge.text() for gauge in gauges(fit)]
     for unknown in plan.unknowns:
-        found += [f"{unknown.name}: {text}" for text in trust.reasons(unknown, result)]
+        found += [f"{unknown.name}: {text}" for text in trust.reasons(unknown, fit)]
     light = trust.level_of_gains(plan)
     if light:
         found.append(f"The gains hold at this level of {light}: give one photo a gain of none")
@@ -123,9 +127,9 @@ def _length(unknown: Unknown, value: Values, plan: FitPlan) -> Line:
     return Line("  mean free path", start, mean_free_path.of(value, plan.millimetres).text())
 
 
-def _of_field(field: FieldUnknown, result: dict[str, Any]) -> list[Line]:
+def _of_field(field: FieldUnknown, result: FinishedFit) -> list[Line]:
     """Means over voxels or texels."""
-    start, fitted = field_means(field, result)
+    start, fitted = field.mean(field.values), result.mean(field)
     names = [""] if len(fitted) == 1 else [f" {channel}" for channel in _CHANNELS]
     return [
         Line(f"{field.name}, mean{name}", number(a), number(b))
@@ -133,27 +137,26 @@ def _of_field(field: FieldUnknown, result: dict[str, Any]) -> list[Line]:
     ]
 
 
-def _of_photo(capture: Capture, result: dict[str, Any]) -> list[Line]:
+def _of_photo(capture: Capture, result: FinishedFit) -> list[Line]:
     """Gain and shift, where the fit has found them."""
-    found, lines = found_of_photo(capture, result), []
-    if "gain" in found:
+    found, lines = photo_row(capture, result), []
+    if found.gain_interval_90 is not None:
         names = [""] if capture.free_gain == "scalar" else [f" {name}" for name in _CHANNELS]
-        ends = found["gain_interval_90"] or [(math.nan, math.inf)] * 3
         for at, name in enumerate(names):
-            low, high = ends[at]
+            low, high = found.gain_interval_90[at]
             known = math.isfinite(high) and math.isfinite(low)
             lines.append(
                 Line(
                     f"Photo {capture.id}: gain{name}",
                     number(capture.gain[at]),
-                    number(found["gain"][at], (high - low) / 2 if known else None),
+                    number(found.gain[at], (high - low) / 2 if known else None),
                     interval(low, high) if known else "",
                 )
             )
-    if "shift" in found:
-        across, down, roll = found["shift"]
+    if found.shift_believed is not None:
+        across, down, roll = found.shift
         title = f"Photo {capture.id}: shift"
-        doubt = "" if found["shift_believed"] else "not to be believed"
+        doubt = "" if found.shift_believed else "not to be believed"
         moved = f"{across:.2f}, {down:.2f}"
         lines.append(Line(f"{title} [pixels]", "0, 0", moved, verdict=doubt))
         lines.append(Line(f"{title}, roll [degrees]", "0", f"{roll:.2f}"))

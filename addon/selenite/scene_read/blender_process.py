@@ -13,19 +13,16 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import bpy
 
 from ..paths import user_folder, why_not_folder
-from ..problems import BadInput, Failed, Problem
+from ..problems import BadInput, Failed, Problem, problems_in
 from .blend_file import write_blend_copy
 from .reading.without_words import without_words
-
-if TYPE_CHECKING:
-    from ..json_text import JsonObject
 
 #: Key of images that the panel draws for itself: no picture of the scene, and always unsaved.
 DRAWN = "selenite_drawn"
@@ -70,7 +67,7 @@ class BlenderProcess:
             self.close()
             raise
 
-    def ask(self, request: JsonObject) -> None:
+    def ask(self, request: Mapping[str, object]) -> None:
         """Writes request.json for the worker."""
         asked = {
             **request,
@@ -89,8 +86,13 @@ class BlenderProcess:
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                env={**os.environ, _BAKED_VARIABLE: str(baked_folder())},
+                env={**os.environ, **self._own_variables()},
             )
+
+    def _own_variables(self) -> dict[str, str]:
+        """What that Blender keeps for itself goes with the folder, however it ends."""
+        temporary = dict.fromkeys(("TMPDIR", "TMP", "TEMP"), str(self.folder))
+        return temporary | {_BAKED_VARIABLE: str(baked_folder())}
 
     def progress(self) -> ProcessProgress:
         """Cheap, at any time."""
@@ -101,7 +103,7 @@ class BlenderProcess:
             return ProcessProgress(running, 0.0, "starting Blender")
         return ProcessProgress(running, written["fraction"], written["text"])
 
-    def result(self) -> JsonObject:
+    def result(self) -> dict[str, object]:
         """Waits for the end. Raises ProcessFailed and BadInput."""
         status = self._process.wait() if self._process is not None else None
         path = self.folder / "report.json"
@@ -109,11 +111,11 @@ class BlenderProcess:
             log = self.folder / "log.txt"
             last = log.read_text(errors="replace").splitlines()[-3:] if log.is_file() else []
             raise ProcessFailed(f"Blender ended with status {status}: {' / '.join(last)}")
-        report: JsonObject = json.loads(path.read_text(encoding="utf-8"))
-        if "problems" in report:
-            raise BadInput([Problem(**item) for item in report["problems"]])
+        report: dict[str, object] = json.loads(path.read_text(encoding="utf-8"))
+        if problems := problems_in(report):
+            raise BadInput(problems)
         if "error" in report:
-            raise ProcessFailed(report["error"])
+            raise ProcessFailed(str(report["error"]))
         return report
 
     def close(self) -> None:

@@ -5,12 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, fields
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
 from .lens import CameraLens, LensDistortion
+
+if TYPE_CHECKING:
+    from .hosts import BpyStruct
 
 #: Of the camera's data: size and lens by the names of LensDistortion.
 _KEY = "selenite_lens"
@@ -26,10 +29,10 @@ def keep_lens(data: bpy.types.Camera, found: CameraLens) -> None:
 def lens_of(data: bpy.types.ID) -> CameraLens | None:
     """What the camera keeps; None for one that was not imported, and for numbers that are no lens,
     which only another program can have left there."""
-    kept: Any = data.get(_KEY)
+    kept: BpyStruct = data.get(_KEY)
     if kept is None or not hasattr(kept, "to_dict"):
         return None
-    values: Mapping[str, Any] = kept.to_dict()
+    values: Mapping[str, float] = kept.to_dict()
     names = (*_SIZE, *_NAMES)
     if not all(isinstance(values.get(name, 0.0), (int, float)) for name in names):
         return None

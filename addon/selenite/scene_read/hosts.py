@@ -33,6 +33,12 @@ def flavour() -> str:
     return "v1" if is_version_3() else "v2"
 
 
+def unlike_inputs() -> frozenset[str]:
+    """Inputs of a Principled BSDF that this Blender's Cycles renders in another way than the
+    renderer. Films of 5.0 have colours that differ by up to 6 %, and lie on metal as well."""
+    return frozenset({"Thin Film Thickness"} if bpy.app.version >= (5, 0, 0) else ())
+
+
 def subsurface_method(node: bpy.types.Node) -> str:
     """RANDOM_WALK or RANDOM_WALK_SKIN of a Principled BSDF (in 3.x subsurface is not modelled)."""
     known = not is_version_3() and node.subsurface_method == "RANDOM_WALK_SKIN"

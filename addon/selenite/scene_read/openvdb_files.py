@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Protocol
 
 import bpy
 import numpy as np
@@ -30,6 +30,27 @@ _NAMES = ("openvdb", "pyopenvdb")
 #: Voxels of background around what is read: outside nothing is, and linear interpolation ends there
 #: as in Cycles.
 PADDING = 1
+
+
+class HostTransform(Protocol):
+    """From voxels to the file's world."""
+
+    def indexToWorld(self, place: tuple[float, ...]) -> Sequence[float]: ...  # noqa: N802, D102
+
+
+class HostGrid(Protocol):
+    """A grid of the host's module, as far as it is used."""
+
+    name: str
+    gridClass: str  # noqa: N815
+    transform: HostTransform
+
+    @property
+    def valueTypeName(self) -> str: ...  # noqa: N802, D102
+    def activeVoxelCount(self) -> int: ...  # noqa: N802, D102
+    def evalActiveVoxelBoundingBox(self) -> Sequence[Sequence[int]]: ...  # noqa: N802, D102
+    def copyFromArray(self, values: np.ndarray, ijk: Sequence[int]) -> None: ...  # noqa: N802, D102
+    def copyToArray(self, values: np.ndarray, ijk: Sequence[int]) -> None: ...  # noqa: N802, D102
 
 
 class VdbError(Exception):
@@ -97,7 +118,7 @@ def write(path: str, grids: Sequence[VdbGrid], source: str = "") -> None:
         raise VdbError(f"'{path}' cannot be written ({error})", "give another folder") from error
 
 
-def _write_whole(vdb: ModuleType, path: Path, grids: list[Any], metadata: Any) -> None:  # noqa: ANN401
+def _write_whole(vdb: ModuleType, path: Path, grids: list[HostGrid], metadata: object) -> None:
     """Beside `path`, which it takes the place of once it can be read again: the module does not say
     that a disk took no more of it. Raises whatever the module raises, and OSError."""
     partial = partial_name(path)
@@ -133,8 +154,8 @@ def _module() -> ModuleType:
     return vdb
 
 
-def _made(vdb: ModuleType, grid: VdbGrid) -> Any:  # of the host's module
-    made = vdb.Vec3SGrid() if grid.values.shape[3] == 3 else vdb.FloatGrid()
+def _made(vdb: ModuleType, grid: VdbGrid) -> HostGrid:
+    made: HostGrid = vdb.Vec3SGrid() if grid.values.shape[3] == 3 else vdb.FloatGrid()
     made.name = grid.name
     values, start = grid.values, (0, 0, 0)
     if grid.values.shape[3] == 3:
@@ -151,7 +172,7 @@ def _made(vdb: ModuleType, grid: VdbGrid) -> Any:  # of the host's module
     return made
 
 
-def _dense(grid: Any, channels: int) -> VdbGrid:  # of the host's module
+def _dense(grid: HostGrid, channels: int) -> VdbGrid:
     label = f"grid '{grid.name}'"
     kinds = {1: ("float", "double"), 3: ("vec3s", "vec3d")}[channels]
     if grid.valueTypeName not in kinds:

@@ -13,14 +13,11 @@ import json
 import os
 import sys
 import traceback
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ..json_text import JsonObject
 
 
-def _write(path: Path, data: JsonObject) -> None:
+def _write(path: Path, data: Mapping[str, object]) -> None:
     """Appears complete or not at all: the other process reads at any time."""
     partial = path.with_suffix(".partial")
     partial.write_text(json.dumps(data), encoding="utf-8")

@@ -388,5 +388,6 @@ def _judge_properties(
         for parameter in (*parameters.of("material"), *closure_rows()["principled"])
         if hosts.flavour() in parameter.versions
         for socket in parameter.sockets
+        if socket not in hosts.unlike_inputs()
     }
     _note(read, *properties.judge(scope, frozenset(known)))

@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TypedDict
 
 import bpy
 import numpy as np
@@ -26,9 +26,6 @@ from .shading import materials, nodes, volumes
 from .shading.nodes import Unreadable
 from .shading.textures import TextureRoom
 from .values import GridValues, MaterialValues, MeshValues, Owner
-
-if TYPE_CHECKING:
-    from ..json_text import JsonObject
 
 _PRINCIPLED = "ShaderNodeVolumePrincipled"
 _CURE = "give its material a Principled Volume"
@@ -102,7 +99,16 @@ def _grids(instance: Instance, wanted: dict[str, int], title: str) -> dict[str, 
         raise Unreadable(title, error.cause, error.cure) from error
 
 
-_COLOURS = ("Color", "Absorption Color")
+#: What stood in a Volume object and its Principled Volume.
+VolumeBefore = TypedDict(
+    "VolumeBefore",
+    {
+        "filepath": str,
+        "Color Attribute": str,
+        "Color": list[float],
+        "Absorption Color": list[float],
+    },
+)
 
 
 def write(
@@ -110,7 +116,7 @@ def write(
     material: bpy.types.Material,
     grids: Mapping[str, GridValues],
     path: str,
-) -> JsonObject:
+) -> VolumeBefore:
     """Gives a Volume object an OpenVDB file at `path` with grids in world space (use -> grid), and
     for an albedo its Principled Volume the name of that grid and white. Other grids of its file
     stay. Returns what stood there before, for `put_back`. Raises Unreadable."""
@@ -137,22 +143,25 @@ def write(
         openvdb_files.write(path, written, _path(item, title))
     except VdbError as error:
         raise Unreadable(title, error.cause, error.cure) from error
-    before = {
+    before: VolumeBefore = {
         "filepath": _data(item).filepath,
         "Color Attribute": node.inputs["Color Attribute"].default_value,
-    } | {name: list(node.inputs[name].default_value) for name in _COLOURS}
+        "Color": list(node.inputs["Color"].default_value),
+        "Absorption Color": list(node.inputs["Absorption Color"].default_value),
+    }
     _data(item).filepath = path
     if "albedo" in grids:
         colour_from_grid(node, names["albedo"])
     return before
 
 
-def put_back(item: bpy.types.Object, material: bpy.types.Material, before: JsonObject) -> None:
+def put_back(item: bpy.types.Object, material: bpy.types.Material, before: VolumeBefore) -> None:
     """What `write` returned. Raises Unreadable."""
     node = _principled(material, f"Object '{item.name}'")
     _data(item).filepath = before["filepath"]
-    for name in ("Color Attribute", *_COLOURS):
-        node.inputs[name].default_value = before[name]
+    node.inputs["Color Attribute"].default_value = before["Color Attribute"]
+    node.inputs["Color"].default_value = before["Color"]
+    node.inputs["Absorption Color"].default_value = before["Absorption Color"]
 
 
 def colour_from_grid(node: bpy.types.Node, name: str) -> None:

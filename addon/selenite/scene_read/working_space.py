@@ -4,13 +4,16 @@ variable OCIO may name a configuration with another one."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import mathutils
 import numpy as np
 
 from ..problems import Problem
+
+if TYPE_CHECKING:
+    from .hosts import BpyStruct
 
 #: What Blender's own configuration is off by, with room to spare.
 _SAME = 1e-3
@@ -30,7 +33,7 @@ def problems(scene: bpy.types.Scene) -> list[Problem]:
 
 def _from_rec709() -> np.ndarray:
     """(3, 3): rows are what becomes of the primaries."""
-    made: list[Any] = [
+    made: list[BpyStruct] = [
         mathutils.Color(one).from_rec709_linear_to_scene_linear() for one in np.eye(3).tolist()
     ]
     return np.array([list(one) for one in made])

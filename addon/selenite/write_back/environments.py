@@ -29,17 +29,21 @@ if TYPE_CHECKING:
 _BEFORE = "selenite_environment_before"
 #: Marks the images that were made here, which go when nobody uses them any more.
 _MADE = "selenite_environment"
+#: Of an image for Cycles, at least.
+_ROWS = 200
 _LINEAR = ("Linear Rec.709", "Linear", "Linear BT.709")
 
 
-def show(scene: bpy.types.Scene, values: SceneValues, path: str) -> str:
+def show(scene: bpy.types.Scene, values: SceneValues, path: str, *, is_final: bool = True) -> str:
     """Links the image file at `path` (equirectangular, linear) to the Background of the world that
-    `values` have, packed into the .blend. Returns what was done.
+    `values` have, packed into the .blend. Returns what was done. is_final: for Cycles, in finer
+    texels, see `_finer`; else another fit begins with those of the file.
 
     Its strength stays; what was linked stays in the tree, unlinked. Raises BadInput, and then
     nothing has changed.
     """
-    return show_pixels(scene, values, _read(path))
+    pixels = _read(path)
+    return show_pixels(scene, values, _finer(pixels) if is_final else pixels)
 
 
 def show_pixels(scene: bpy.types.Scene, values: SceneValues, pixels: np.ndarray) -> str:
@@ -117,6 +121,23 @@ def _read(path: str) -> np.ndarray:
         return np.asarray(native.image().read(path)[0], np.float32)
     except (OSError, ValueError, MemoryError) as error:
         raise BadInput(Problem(title, f"it cannot be read ({error})", cure)) from error
+
+
+def _finer(pixels: np.ndarray) -> np.ndarray:
+    """The same light in so many rows that half of one is next to nothing: so far from a pole Cycles
+    takes in the row at the other pole. An odd factor keeps every texel, and what bilinear lookups
+    find between."""
+    height, width = pixels.shape[:2]
+    factor = 2 * math.ceil((_ROWS / height - 1) / 2) + 1
+    if factor <= 1:
+        return pixels
+    places = [(np.arange(side * factor) + 0.5) / factor - 0.5 for side in (height, width)]
+    below, left = (np.floor(place).astype(int) for place in places)
+    down = (places[0] - below)[:, None, None]
+    across = (places[1] - left)[None, :, None]
+    rows = pixels[below.clip(0)] * (1 - down) + pixels[(below + 1).clip(max=height - 1)] * down
+    found = rows[:, left % width] * (1 - across) + rows[:, (left + 1) % width] * across
+    return found.astype(np.float32)
 
 
 def _image(name: str, pixels: np.ndarray) -> bpy.types.Image:

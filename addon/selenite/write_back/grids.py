@@ -82,8 +82,7 @@ def show(
         raise BadInput(error.problem) from error
     except VdbError as error:
         raise BadInput(Problem(title, error.cause, error.cure)) from error
-    before = _take_medium_out(material)
-    item[_BEFORE], item[_MATERIAL] = json.dumps(before), name
+    item[_BEFORE], item[_MATERIAL] = json.dumps(_take_medium_out(material)), name
     return f"Object '{item.name}' shows {path} in place of the medium of '{name}'"
 
 

@@ -9,10 +9,10 @@
 #include <variant>
 
 #include "math/vec.h"
-#include "model/closures/anisotropic_principled.h"
 #include "model/closures/conductor.h"
 #include "model/closures/diffuse.h"
 #include "model/closures/emission.h"
+#include "model/closures/full_principled.h"
 #include "model/closures/glass.h"
 #include "model/closures/glossy.h"
 #include "model/closures/metallic.h"
@@ -27,7 +27,7 @@ namespace selenite {
 /// What a surface is made of, with the values of its sockets.
 template <class T>
 using Closure =
-    std::variant<closures::AnisotropicPrincipled<T>, closures::Diffuse<T>, closures::Glossy<T>,
+    std::variant<closures::FullPrincipled<T>, closures::Diffuse<T>, closures::Glossy<T>,
                  closures::Glass<T>, closures::Refraction<T>, closures::Translucent<T>,
                  closures::Transparent<T>, closures::Emission<T>, closures::Subsurface<T>,
                  closures::Sheen<T>, closures::Metallic<T>, closures::Conductor<T>>;

@@ -26,9 +26,9 @@ template <class T>
 struct ClosureLayers : Layers<T> {
   using S = scalar_t<T>;
 
-  ClosureLayers(const closures::AnisotropicPrincipled<T>& m, const T& weight,
-                const Flavour& flavour, const SurfacePoint<S>& point, S cos_i)
-      : Layers<T>(m, flavour, point, cos_i, true, m.anisotropic) {
+  ClosureLayers(const closures::FullPrincipled<T>& m, const T& weight, const Flavour& flavour,
+                const SurfacePoint<S>& point, S cos_i)
+      : Layers<T>(m, flavour, point, cos_i, true, m.anisotropic, m.film) {
     for (Color<T>* c : {&this->emission, &this->transparency, &this->metal_weight,
                         &this->glass_through, &this->diffuse, &this->subsurface})
       *c = *c * weight;

@@ -136,8 +136,7 @@ class SurfaceBsdf {
     const T& eta = std::get<PrincipledBsdf<T>>(part.bsdf).layers().entry_eta;
     if (const auto* m = std::get_if<closures::Subsurface<T>>(&part.from->closure))
       return {under_surface(*m), part.from->flavour, eta};
-    return {std::get<closures::AnisotropicPrincipled<T>>(part.from->closure), part.from->flavour,
-            eta};
+    return {std::get<closures::FullPrincipled<T>>(part.from->closure), part.from->flavour, eta};
   }
 
  private:

@@ -5,6 +5,7 @@
 
 #include "model/bsdf.h"
 #include "render/lanes/lane_lights.h"
+#include "render/lanes/lane_textures.h"
 #include "render/path/dimension.h"
 
 namespace selenite {
@@ -21,7 +22,14 @@ class LaneShading {
   static constexpr int kMostPackets = 16;
 
   explicit LaneShading(const Prepared<L>& prepared) : p_(prepared) {
-    for (const PreparedMaterial<L>& m : p_.materials) kinds_.push_back(kind_of(m));
+    for (const PreparedMaterial<L>& m : p_.materials) {
+      kinds_.push_back(kind_of(m));
+      const Color<PathScalar<L>> white(PathScalar<L>(1));
+      whites_.push_back(m.values);
+      whites_.back().base_color = white;
+      plain_whites_.push_back(m.plain_values);
+      plain_whites_.back().base_color = Colorf(1);
+    }
   }
 
   /// What the vertices' materials are.
@@ -181,22 +189,59 @@ class LaneShading {
 
   void shade(const Batch& batch, const PreparedMaterial<L>& material, bool back,
              std::vector<Vertices>& vertices) const {
-    if (material.plain)
+    if (!material.maps->empty())
+      shade_coloured(batch, material, back, vertices);
+    else if (material.plain)
       shade<Lanes>(batch, material.plain_values, material.flavour, back, vertices);
     else
       shade<LaneScalar<L>>(batch, material.values, material.flavour, back, vertices);
   }
 
+  /// Points of a material whose images colour its diffuse lobe.
+  void shade_coloured(const Batch& batch, const PreparedMaterial<L>& material, bool back,
+                      std::vector<Vertices>& vertices) const {
+    Color<Lanes> color(Lanes(1));
+    for (int i = 0; i < batch.size; ++i) {
+      const auto [packet, lane] = batch.at[i];
+      const HitPacket& hits = vertices[packet].hits;
+      const Hit hit{hits.instance[lane], hits.triangle[lane], hits.b1[lane], hits.b2[lane],
+                    hits.t[lane]};
+      const Colorf found = mapped_color(material.maps->back(), p_.geometry, hit);
+      for (int c = 0; c < 3; ++c) color[c].set(i, clamp01(found[c]));
+    }
+    const auto index = static_cast<std::size_t>(&material - p_.materials.data());
+    const Flavour& flavour = material.flavour;
+    const auto with = [&]<class X>(const auto& white, std::type_identity<X>) {
+      const auto bsdf_at = [&](const SurfacePoint<Lanes>& point) {
+        const auto layers = [&](const Lanes& cos_i) -> Layers<X> {
+          return ColouredLayers<X>(white, flavour, point, cos_i, batch.active(), color);
+        };
+        return PrincipledBsdf<X>(layers, flavour, point, batch.active());
+      };
+      scatter<X>(batch, back, vertices, bsdf_at);
+    };
+    if (L > 0 && material.count == 0)
+      with(plain_whites_[index], std::type_identity<Lanes>());
+    else
+      with(whites_[index], std::type_identity<LaneScalar<L>>());
+  }
+
   template <class X, class U>
   void shade(const Batch& batch, const Principled<U>& values, const Flavour& flavour, bool back,
              std::vector<Vertices>& vertices) const {
+    scatter<X>(batch, back, vertices, [&](const SurfacePoint<Lanes>& point) {
+      return PrincipledBsdf<X>(values, flavour, point, batch.active());
+    });
+  }
+
+  template <class X, class BsdfAt>
+  void scatter(const Batch& batch, bool back, std::vector<Vertices>& vertices,
+               const BsdfAt& bsdf_at) const {
     const Exchange exchange(batch, vertices);
     const Vertices& first = vertices[0];
     const Vec3<Lanes> ng = exchange.take(first.ng), n = exchange.take(first.n);
-    const PrincipledBsdf<X> bsdf(
-        values, flavour,
-        SurfacePoint<Lanes>{back ? -ng : ng, back ? -n : n, -exchange.take(first.direction), back},
-        batch.active());
+    const PrincipledBsdf<X> bsdf =
+        bsdf_at({back ? -ng : ng, back ? -n : n, -exchange.take(first.direction), back});
     bool lit = false;
     for (int i = 0; i < batch.size; ++i)
       lit = lit || vertices[batch.at[i].packet].lights.lit[batch.at[i].lane];
@@ -240,6 +285,9 @@ class LaneShading {
 
   const Prepared<L>& p_;
   std::vector<Kind> kinds_;  ///< of the materials
+  /// The values of the materials with a white base colour; `plain_whites_`: without derivatives.
+  std::vector<Principled<PathScalar<L>>> whites_;
+  std::vector<Principled<float>> plain_whites_;
 };
 
 }  // namespace selenite

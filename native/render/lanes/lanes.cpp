@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "math/processor.h"
+#include "render/lanes/lane_textures.h"
 
 namespace selenite {
 namespace {
@@ -24,7 +25,7 @@ template <int L>
 const char* obstacle(const PreparedMaterial<L>& m) {
   const auto acts = [](const auto& x) { return value_of(x) != 0 || has_slope(x); };
   if (m.shader) return "is a graph of closures";
-  if (!m.maps->empty()) return "has textures";
+  if (!m.maps->empty() && !colours_diffuse_alone(m)) return "has textures";
   if (m.transparent) return "lets rays pass straight through (alpha)";
   if (m.emissive) return "emits light";
   if (acts(m.values.subsurface_weight)) return "scatters light under its surface";

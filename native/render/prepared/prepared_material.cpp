@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "render/prepared/mapped_color.h"
+
 namespace selenite {
 namespace {
 
@@ -138,12 +140,15 @@ void prepare_medium(const Material& source, const Geometry& geometry,
 
 }  // namespace
 
+Colorf mapped_color(const FieldMap& map, const Geometry& geometry, const Hit& hit) {
+  return map.texture ? map.texture->at(map.place(geometry.uv(hit, map.attribute)))
+                     : geometry.color(hit, map.attribute);
+}
+
 template <int L>
 void PreparedMaterial<L>::apply(const FieldMap& map, const Geometry& geometry, const Hit& hit,
                                 Principled<PathScalar<L>>& room) const {
-  const Colorf color = map.texture ? map.texture->at(map.place(geometry.uv(hit, map.attribute)))
-                                   : geometry.color(hit, map.attribute);
-  Put<PathScalar<L>> put{map.field, color, &map == base_color_map};
+  Put<PathScalar<L>> put{map.field, mapped_color(map, geometry, hit), &map == base_color_map};
   Principled<PathScalar<L>>::fields(room, put);
 }
 
@@ -212,7 +217,7 @@ void prepare_plain(const Material& from, PreparedMaterial<L>& material) {
   material.plain = material.count == 0 && !from.shader && from.maps.empty() &&
                    !material.transparent && !material.emissive &&
                    !(from.values.subsurface_weight > 0);
-  if (!material.plain) return;
+  if (material.count > 0) return;
   const std::vector<double> flat = flatten(from.values);
   const std::vector<std::vector<int>> none(parameter_table(OwnerKind::kMaterial).size());
   Seed<0> seed{flat, none};

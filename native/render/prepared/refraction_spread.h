@@ -27,7 +27,7 @@ std::optional<RefractionSpread> refraction_spread(const Layers<T>& layers) {
 /// Share of the light that a smooth surface refracts, which it meets at an angle of that cosine.
 template <class T>
 Color<T> smooth_refraction(const Layers<T>& layers, float cosine) {
-  return layers.glass_through * T(T(1) - layers.glass.rise.at(cosine));
+  return layers.glass_passing(cosine);
 }
 
 }  // namespace selenite

@@ -105,7 +105,7 @@ def _driven(job: FitJob) -> Iterator[Step]:
     try:
         while (state := job.progress()).running:
             searching = state.phase == MULTI_START
-            yield Step(state.fraction if searching else 1.0, MULTI_START)
+            yield Step(min(1.0, state.phase_fraction) if searching else 1.0, MULTI_START)
             time.sleep(_POLL)
     finally:
         job.cancel()
@@ -114,12 +114,12 @@ def _driven(job: FitJob) -> Iterator[Step]:
 
 def _at_result(plan: FitPlan, job: FitJob) -> FitPlan:
     """The plan with the best values of a fit as its start."""
-    result = job.result()
-    values = fitted_values(plan, result)
+    fit = job.result()
+    values = fitted_values(plan, fit)
     unknowns = [
         replace(item, start=values[item.owner, item.parameter.name]) for item in plan.unknowns
     ]
-    return replace(plan, scene=scene_at(plan, result), unknowns=unknowns)
+    return replace(plan, scene=scene_at(plan, fit), unknowns=unknowns)
 
 
 def deferred(

@@ -14,22 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ... import native
+from ...fit.model_error import EXPLAINED, ModelError
 
 if TYPE_CHECKING:
     from ..._core import FisherInformation, PhotoJacobian
-
-
-@dataclass(frozen=True)
-class ModelError:
-    """Of residuals, as standard deviations: shares of a pixel's and of the mean brightness, and
-    pixels along the photo's gradient."""
-
-    relative: float = 0.0
-    absolute: float = 0.0
-    shift: float = 0.0
-
-
-EXPLAINED = ModelError()
 
 
 @dataclass(frozen=True)

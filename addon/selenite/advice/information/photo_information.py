@@ -16,11 +16,12 @@ from ...capture.prepared import Capture
 from ...capture.window import WHOLE
 from ...fit import cost
 from ...fit.capture_render import evaluator
+from ...fit.model_error import EXPLAINED, ModelError
 from ...fit.plan import FitPlan
 from ...fit.settings import FitSettings
 from ...problems import BadInput, Problem
 from . import fisher
-from .fisher import EXPLAINED, ModelError, Noise
+from .fisher import Noise
 from .job import Step
 
 if TYPE_CHECKING:

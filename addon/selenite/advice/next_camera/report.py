@@ -5,16 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...capture.light_states import described, is_as_in_scene
+from ...parameters import plain
 from .candidates import Candidate
 from .suggestion import Row, Suggestion
-
-if TYPE_CHECKING:
-    from ...json_text import JsonObject
 
 #: Name of the camera object that is made.
 NEW_CAMERA = "Next photo"
@@ -102,7 +99,7 @@ def table_rows(found: Suggestion) -> tuple[list[str], list[list[str]]]:
     return titles, rows
 
 
-def as_json(found: Suggestion) -> JsonObject:
+def as_json(found: Suggestion) -> dict[str, object]:
     """All of it; errors are lists by component for a colour and null where not determined."""
     first = found.plan.captures[0].camera
     places = []
@@ -131,7 +128,7 @@ def as_json(found: Suggestion) -> JsonObject:
         "photos": [item.id for item in found.plan.captures],
         "parameters": {
             item.name: {
-                "value": _plain(item.start),
+                "value": plain(item.start),
                 "standard_error": _shown(found.errors[group], found.known[group]),
                 "determined": bool(found.known[group].all()),
                 "unit": item.parameter.unit,
@@ -166,9 +163,5 @@ def _errors(found: Suggestion, errors: np.ndarray, known: np.ndarray) -> list[st
     ]
 
 
-def _shown(errors: np.ndarray, known: np.ndarray) -> float | list[float | None] | None:
-    return _plain([float(e) if ok else None for e, ok in zip(errors, known, strict=True)])
-
-
-def _plain(values: Sequence[float | None]) -> float | list[float | None] | None:
-    return values[0] if len(values) == 1 else list(values)
+def _shown(errors: np.ndarray, known: np.ndarray) -> object:
+    return plain([float(e) if ok else None for e, ok in zip(errors, known, strict=True)])

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...capture.prepared import Capture
+from ...fit.model_error import EXPLAINED, ModelError
 from ...fit.plan import FitPlan, build_scene, prepare
 from ...fit.request import RunRequest
 from ...parameters import Values
@@ -64,7 +65,7 @@ class Suggestion:
         scene: Scene,
         body: Body,
         places: list[Candidate],
-        model_error: fisher.ModelError = fisher.EXPLAINED,
+        model_error: ModelError = EXPLAINED,
     ) -> None:
         self.plan, self.body, self.places = plan, body, places
         self.rows: list[Row] = []
@@ -138,7 +139,7 @@ def suggestion_of(
     request: RunRequest,
     packed: Mapping[str, bytes],
     changes: Mapping[tuple[str, str], Values] | None = None,
-    model_error: fisher.ModelError = fisher.EXPLAINED,
+    model_error: ModelError = EXPLAINED,
     as_taken: Callable[[Capture], Capture] = lambda capture: capture,
 ) -> Suggestion:
     """From a request to a suggestion that can start. The values are the starts of the request, and

@@ -220,8 +220,7 @@ class Trade:
             job.join()
         if state.stopped == native.core().StopReason.CANCELLED:
             return
-        result = job.result()
-        row.runs.append(_run(self.plan, plan, result))
+        row.runs.append(_run(self.plan, plan, job.result()))
 
 
 def _urgency(row: Row) -> float:
@@ -229,15 +228,15 @@ def _urgency(row: Row) -> float:
     return row.expected_seconds * (_PRESETS_FIRST if row.choice.preset else 1.0)
 
 
-def _run(truth: FitPlan, plan: FitPlan, result: FitResult) -> Run:
-    values = fitted_values(plan, dict(result))
+def _run(truth: FitPlan, plan: FitPlan, fit: FitResult) -> Run:
+    values = fitted_values(plan, fit)
     errors = {
         item.name: choices.error_of(item, values[item.owner, item.parameter.name])
         for item in truth.unknowns
     }
     return {
-        "seconds": result["seconds"],
-        "cpu_seconds": result["cpu_seconds"],
+        "seconds": fit.seconds,
+        "cpu_seconds": fit.cpu_seconds,
         "errors": errors,
         "error": choices.total(truth.unknowns, errors),
     }

@@ -15,20 +15,16 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ...atomic_files import write_json
 from ...fit.checkpoint import SUFFIX
 from ...json_text import read_json
 from ...paths import absolute, why_not_folder
-from ...problems import BadInput, Problem, listed
+from ...problems import BadInput, Problem, listed, problems_in
 from ...report.batch_page import PAGE, Ended, write_pages
 from .. import arguments
 from ..terminal import bar, say
 from .entries import Entry, read_entries
-
-if TYPE_CHECKING:
-    from ...json_text import JsonObject
 
 STATE = "batch.json"
 SCHEMA = 1
@@ -37,7 +33,7 @@ _CHILD = Path(__file__).parents[2] / "command_process.py"
 _POLL = 0.1
 
 
-def run(args: argparse.Namespace) -> JsonObject:
+def run(args: argparse.Namespace) -> dict[str, object]:
     """Fits what is left to fit; the report has a row for each fit. A fit that fails stops no other:
     then the key `error` names it."""
     path = absolute(args.file)
@@ -129,10 +125,11 @@ class Batch:
     def _taken(self, one: _Running) -> Ended:
         status = one.process.returncode
         try:
-            report = read_json(Path(one.place.name) / "out")
+            found = read_json(Path(one.place.name) / "out")
         except ValueError:
-            report = {}
-        reasons = tuple(Problem(**item).line() for item in report.get("problems", ()))
+            found = None
+        report = found if isinstance(found, dict) else {}
+        reasons = tuple(problem.line() for problem in problems_in(report))
         if error := report.get("error"):
             reasons += (str(error),)
         if status and not reasons:
@@ -189,11 +186,11 @@ def _work(batch: Batch, jobs: int) -> None:
             batch.poll(threads)
 
 
-def _report(batch: Batch) -> JsonObject:
+def _report(batch: Batch) -> dict[str, object]:
     rows = batch.rows()
     wrong = [row for row in rows if row.status != "done"]
     say(f"{len(rows) - len(wrong)} of {len(rows)} fits are done; results in {batch.out}")
-    report: JsonObject = {
+    report: dict[str, object] = {
         "folder": str(batch.out),
         "fits": [row.as_json() for row in rows],
     }
@@ -209,7 +206,9 @@ def _ended_before(out: Path, entries: Sequence[Entry]) -> dict[str, Ended]:
     """What an earlier call has done of the same words, and whose results are still there."""
     try:
         state = read_json(out / STATE)
-        rows = [Ended.of_json(item) for item in state["fits"]] if state["schema"] == SCHEMA else []
+        if not isinstance(state, dict) or state["schema"] != SCHEMA:
+            return {}
+        rows = [Ended.of_json(item) for item in state["fits"]]
     except (ValueError, KeyError, TypeError):
         return {}  # there is none
     wanted = {entry.name: entry.words for entry in entries}

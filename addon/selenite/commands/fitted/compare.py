@@ -6,37 +6,38 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from ... import native
 from ...atomic_files import write_json
 from ...capture.prepared import read_captures
 from ...capture.request import CaptureRequest, with_ids
-from ...fit.capture_render import as_reported
-from ...fit.checkpoint import RESULT
 from ...fit.request import read_run
 from ...fit.settings import with_overrides
-from ...json_text import read_json
 from ...paths import absolute
 from ...problems import BadInput, Problem, listed
 from ...report import hold_out
 from ...report.fitted_scene import at_result
+from ...report.result_file import stored_result
 from ...report.results import SHEET
 from .. import arguments
 from ..capture_arguments import captures_from
 from ..scene import native_scene, open_scene
 from ..terminal import bar, say, table
 
-if TYPE_CHECKING:
-    from ...json_text import JsonObject
-
 _SETTINGS = ("height", "seed", "threads")
 #: In --out, and where it goes without: in the folder of the fit.
 REPORT, FOLDER = "compare.json", "compared"
 
 
-def run(args: argparse.Namespace) -> JsonObject:
-    """Renders each photo at the fitted values; writes a report and a contact sheet."""
+def run(args: argparse.Namespace) -> dict[str, object]:
+    """`compared`, for --json."""
+    found, out = compared(args)
+    return found.as_json() | {"folder": str(out)}
+
+
+def compared(args: argparse.Namespace) -> tuple[hold_out.Comparison, Path]:
+    """Renders photos at the fitted values; writes a report and a contact sheet into a folder."""
     problems: list[Problem] = []
     folder = absolute(args.result)
     out = arguments.output_folder(args.out or str(folder / FOLDER), problems)
@@ -66,12 +67,8 @@ def run(args: argparse.Namespace) -> JsonObject:
         problems.append(Problem("Argument --spp", cause, f"give {max(low, 2)} to {high:g}"))
     native_one = native_scene(values.without_shut(constants), constants, problems)
     seen = hold_out.fitted_among(captures, [item for item in fitted if not item.hold_out])
-    try:
-        result = read_json(folder / RESULT)
-        placed = [as_reported(item, result) if item.id in seen else item for item in captures]
-    except ValueError as error:
-        cure = "give the folder of a fit that has ended"
-        raise BadInput(Problem(f"File '{folder / RESULT}'", str(error), cure)) from error
+    stored = stored_result(folder)
+    placed = [stored.as_found(item) if item.id in seen else item for item in captures]
     with bar("comparing") as shown:
         rows = hold_out.compare_all(
             native_one,
@@ -80,14 +77,14 @@ def run(args: argparse.Namespace) -> JsonObject:
             spp,
             lambda text, fraction: shown.update(fraction, note=text),
         )
-    found = hold_out.report(rows, seen)
-    for text in _lines(found, seen):
+    found = hold_out.Comparison(rows, seen)
+    for text in _lines(found):
         say(text)
     out.mkdir(parents=True, exist_ok=True)
     hold_out.write_sheet(rows, out / SHEET)
-    write_json(out / REPORT, found)
+    write_json(out / REPORT, found.as_json())
     say(f"wrote {out / REPORT} and {out / SHEET}")
-    return found | {"folder": str(out)}
+    return found, out
 
 
 def _hold_out(captures: Sequence[CaptureRequest]) -> tuple[CaptureRequest, ...]:
@@ -95,16 +92,18 @@ def _hold_out(captures: Sequence[CaptureRequest]) -> tuple[CaptureRequest, ...]:
     return tuple(item for item in captures if item.hold_out) or tuple(captures)
 
 
-def _lines(found: JsonObject, seen: Sequence[str]) -> list[str]:
+def _lines(found: hold_out.Comparison) -> list[str]:
     """The report for people."""
     rows = [
-        [name, hold_out.percent(row), hold_out.percent(row["with_own_gain"]),
-         ", ".join(f"{gain:.3g}" for gain in dict.fromkeys(row["own_gain"]))]
-        for name, row in found["captures"].items()
+        [row.capture.id, row.error.percent(), row.own.percent(),
+         ", ".join(f"{gain:.3g}" for gain in dict.fromkeys(row.own_gain))]
+        for row in found.rows
     ]  # fmt: skip
     table(["photo", "error", "with its own gain", "that gain"], rows)
-    own = hold_out.percent(found["with_own_gain"])
-    lines = [f"all photos: {hold_out.percent(found)}, with gains of their own {own}"]
-    if seen:
-        lines.append(f"The fit has seen {listed(seen)}: that error says nothing of other photos")
+    own = found.own.percent()
+    lines = [f"all photos: {found.error.percent()}, with gains of their own {own}"]
+    if found.fitted:
+        lines.append(
+            f"The fit has seen {listed(found.fitted)}: that error says nothing of other photos"
+        )
     return lines

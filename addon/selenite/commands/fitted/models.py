@@ -34,7 +34,7 @@ from . import compare
 if TYPE_CHECKING:
     import bpy
 
-    from ...json_text import JsonObject
+    from ..fit_results import FitReport
 
 MODELS = ("auto", "opaque", "medium")
 SUFFIX = ".models"
@@ -64,7 +64,7 @@ class Tried:
     """How well a step explains what no fit has seen, or why there is no answer."""
 
     step: Step
-    report: JsonObject
+    report: FitReport
     scene: Path
     error: float | None
     kept: bool = False
@@ -72,12 +72,13 @@ class Tried:
     def row(self) -> list[str]:
         """For people."""
         error = "" if self.error is None else f"{100 * self.error:.1f} %"
-        seconds = self.report.get("cpu_seconds")
-        word = "kept" if self.kept else "left"
-        return [self.step.name, error, "" if seconds is None else f"{seconds:.0f} s", word]
+        seconds = f"{self.report.content.cpu_seconds:.0f} s"
+        return [self.step.name, error, seconds, "kept" if self.kept else "left"]
 
 
-def run(args: argparse.Namespace, fit: Callable[[argparse.Namespace], JsonObject]) -> JsonObject:
+def run(
+    args: argparse.Namespace, fit: Callable[[argparse.Namespace], FitReport]
+) -> dict[str, object]:
     """The report of the best model's fit, with a row for each in `models`. fit: runs one."""
     problems: list[Problem] = []
     named, _, word = args.model.rpartition(":")
@@ -117,7 +118,7 @@ class Chain:
     def __init__(
         self,
         args: argparse.Namespace,
-        fit: Callable[[argparse.Namespace], JsonObject],
+        fit: Callable[[argparse.Namespace], FitReport],
         owner: Owner,
         folder: Path,
         captures: Path,
@@ -151,7 +152,7 @@ class Chain:
             self.best = one
         return kept and not self.stopped
 
-    def _run(self, step: Step) -> tuple[JsonObject, Path]:
+    def _run(self, step: Step) -> tuple[FitReport, Path]:
         args = argparse.Namespace(**vars(self._args))
         begin = self.folder / f"{step.name}.blend"
         if step.form:
@@ -171,17 +172,16 @@ class Chain:
             args.search = args.search or "off"  # plain steps lead to the same place
         return self._fit(args), saved
 
-    def _error_of(self, report: JsonObject) -> float | None:
+    def _error_of(self, report: FitReport) -> float | None:
         """Relative error of the photos that were held out, by gains of their own where gains are
         free; its upper limit where noise hides it; None without a result folder."""
-        if report["folder"] is None:
+        if report.folder is None:
             return None
-        args = build_parser().parse_args(["compare", report["folder"], "--spp", str(_SAMPLES)])
-        found = compare.run(args)
-        free = any(one["gain_interval_90"] is not None for one in report["captures"].values())
-        row = found["with_own_gain"] if free else found
-        error: float = row["at_most"] if row["relative_error"] is None else row["relative_error"]
-        return error
+        words = ["compare", str(report.folder), "--spp", str(_SAMPLES)]
+        found, _ = compare.compared(build_parser().parse_args(words))
+        free = any(row.capture.free_gain != "none" for row in found.rows)
+        error = found.own if free else found.error
+        return error.at_most if error.relative is None else error.relative
 
     def _form(self, form: str, path: Path) -> None:
         """Saves a copy of the scene whose body has that model."""
@@ -267,7 +267,7 @@ def _interrupts(chain: Chain) -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _report(chain: Chain, save: Path | None) -> JsonObject:
+def _report(chain: Chain, save: Path | None) -> dict[str, object]:
     best = chain.best
     assert best is not None  # noqa: S101 - else the first fit has raised
     table(["model", "held out", "CPU", ""], [one.row() for one in chain.tried])
@@ -276,15 +276,15 @@ def _report(chain: Chain, save: Path | None) -> JsonObject:
         {
             "model": one.step.name,
             "held_out": one.error,
-            "cpu_seconds": one.report.get("cpu_seconds"),
+            "cpu_seconds": one.report.content.cpu_seconds,
             "kept": one.kept,
-            "folder": one.report.get("folder"),
+            "folder": None if one.report.folder is None else str(one.report.folder),
             "scene": str(one.scene),
         }
         for one in chain.tried
     ]
     write_json(chain.folder / "models.json", {"schema": 1, "models": rows})
-    report = dict(best.report) | {"models": rows, "model_folder": str(chain.folder)}
+    report = best.report.as_json() | {"models": rows, "model_folder": str(chain.folder)}
     if save is not None:
         from ...write_back import save_copy
 

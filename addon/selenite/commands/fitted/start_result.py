@@ -56,7 +56,7 @@ def begin_at(scene: BpyStruct, values: SceneValues, folder: Path) -> SceneValues
         if KINDS[parameter].is_image:
             shows.append(partial(image_nodes.show, values, owner, str(file)))
         elif KINDS[parameter].is_environment:
-            shows.append(partial(environments.show, scene, values, str(file)))
+            shows.append(partial(environments.show, scene, values, str(file), is_final=False))
         else:
             with_grids.add(owner)
     if with_grids and (missing := grid_objects.why_not()):

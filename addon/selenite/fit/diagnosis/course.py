@@ -79,10 +79,10 @@ def diagnose(
     and moves edges until the end. `explained`: the photos are, within noise.
     `opaque`: no light passes through what is fitted. `azimuths`: see `turntable`.
     """
-    if not len(history["iteration"]):
+    if not len(history.iteration):
         return ()
     found = [*at_bound(history, limits), *drifting(history, limits)]
-    if int(history["iteration"][-1]) >= FIRST_ITERATION:
+    if int(history.iteration[-1]) >= FIRST_ITERATION:
         found += exposure(views)
         # What these see looks like a silhouette that does not fit, too.
         of_light = [] if explained else light_turns(views, azimuths or {})
@@ -154,16 +154,15 @@ def loss_flat(history: History) -> list[str]:
     ]
 
 
-def still_falling(result: FitResult) -> list[str]:
+def still_falling(fit: FitResult) -> list[str]:
     """Of a fit at its end, by its result: a loss that the last iterations still brought down,
     beyond noise. Where the photos are explained nothing is left to gain."""
-    if result.get("stopped") != native.core().StopReason.ITERATIONS or trust.explained(result):
+    if fit.stopped != native.core().StopReason.ITERATIONS or trust.explained(fit):
         return []
-    history = result["history"]
-    iteration, loss, error = _losses(history)
+    iteration, loss, error = _losses(fit.history)
     done = np.isfinite(loss)
-    stages = np.asarray(history.get("stage", ()))
-    if len(stages):
+    stages = fit.history.stage
+    if stages is not None and len(stages):
         done &= stages == stages[-1]
     iterations = int(np.ptp(iteration[done])) if done.any() else 0
     # Rows of the last iteration are of the answer, before and after its refinement: weights of its
@@ -285,8 +284,8 @@ def _components(
 ) -> Iterator[tuple[Limits, str, np.ndarray]]:
     """(limits, "Body:base_color.r", its values row by row)."""
     for item in limits:
-        if item.name in history["values"]:
-            columns = np.asarray(history["values"][item.name], float)
+        if item.name in history.values:
+            columns = np.asarray(history.values[item.name], float)
             columns = columns.reshape(len(columns), -1)
             for index in range(columns.shape[1]):
                 label = item.name if columns.shape[1] == 1 else f"{item.name}.{'rgb'[index]}"
@@ -295,9 +294,7 @@ def _components(
 
 def _losses(history: History) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Iteration, validated loss (NaN where it was not) and its standard error of every row."""
-    loss = np.asarray(history["validation"], float)
-    error = np.asarray(history["validation_standard_error"], float)
-    return np.asarray(history["iteration"]), loss, error
+    return history.iteration, history.validation, history.validation_standard_error
 
 
 def _validations(history: History) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

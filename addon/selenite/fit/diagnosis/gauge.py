@@ -126,13 +126,13 @@ def _of_unknown_colour(values: SceneValues, names: Sequence[str]) -> set[str]:
     return {owner for owner, name in pairs if owner in materials and name in _COLOURS}
 
 
-def gauges(result: FitResult) -> list[Gauge]:
-    """Those of a native result: directions of light, reflectance and gain, two of them at least."""
+def gauges(fit: FitResult) -> list[Gauge]:
+    """Those that a fit reports: directions of light, reflectance and gain, two of them at least."""
     found: list[Gauge] = []
-    for one in (result.get("report") or {}).get("weak_directions", ()):
-        names = [name.partition("[")[0] for name in one["components"]]
+    for one in fit.report.weak_directions:
+        names = [name.partition("[")[0] for name in one.components]
         lights, colors = _of(_LIGHT, names), _of(_REFLECTANCE, names)
-        captures = tuple(one["captures"])
+        captures = tuple(one.captures)
         if bool(lights) + bool(colors) + bool(captures) > 1:
             found.append(Gauge(lights, colors, captures))
     return _merged(found)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
 
@@ -77,7 +77,7 @@ def read_nerf(file: Path, pictures: tuple[Path, ...] = ()) -> Reconstruction:
     return Reconstruction(file.stem, tuple(found), points=points, remarks=tuple(remarks))
 
 
-def _points(shared: dict[str, Any], file: Path) -> np.ndarray:
+def _points(shared: dict[str, object], file: Path) -> np.ndarray:
     """(n, 3) that Nerfstudio writes in a file of their own, moved as the cameras are; none if it is
     not there. Raises ReconstructionError."""
     name = _text(shared, "ply_file_path", Place(file, "ply_file_path"))
@@ -85,7 +85,7 @@ def _points(shared: dict[str, Any], file: Path) -> np.ndarray:
     return read_points(path) if path is not None and is_file(path) else np.zeros((0, 3))
 
 
-def _parsed(file: Path) -> dict[str, Any]:
+def _parsed(file: Path) -> dict[str, object]:
     data = read_bytes(file, MOST_BYTES)
     place = Place(file, "JSON")
     if data.count(b",") > MOST_VALUES or data.count(b"[") + data.count(b"{") > MOST_CONTAINERS:
@@ -109,14 +109,14 @@ def _parsed(file: Path) -> dict[str, Any]:
     return found
 
 
-def _is_moved(shared: dict[str, Any]) -> bool:
+def _is_moved(shared: dict[str, object]) -> bool:
     """Whether Nerfstudio has turned or scaled the world of the program before it."""
     neutral = (None, np.eye(3, 4).tolist(), np.eye(4).tolist())
     applied, scale = shared.get("applied_transform"), shared.get("applied_scale")
     return applied not in neutral or scale not in (None, 1)
 
 
-def _text(frame: dict[str, Any], key: str, place: Place) -> str:
+def _text(frame: dict[str, object], key: str, place: Place) -> str:
     found = frame.get(key, "")
     if found is None:
         return ""
@@ -125,7 +125,7 @@ def _text(frame: dict[str, Any], key: str, place: Place) -> str:
     return usable_text(found, place)
 
 
-def _pose(value: Any, place: Place) -> np.ndarray:
+def _pose(value: object, place: Place) -> np.ndarray:
     place = place.at(f"{place.element}, transform_matrix")
     if not isinstance(value, list) or len(value) not in (3, 4):
         raise place.error("it is no matrix of 4 x 4")
@@ -141,7 +141,7 @@ def _pose(value: Any, place: Place) -> np.ndarray:
     return numbers.pose(rotation @ FLIP, matrix[:3, 3])
 
 
-def _number(value: Any, place: Place) -> float:
+def _number(value: object, place: Place) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise place.error(f"'{shortened(str(value)[:100])}' is no number")
     if not abs(value) <= numbers.LARGEST:
@@ -152,10 +152,10 @@ def _number(value: Any, place: Place) -> float:
 class _Values:
     """What a frame says of its lens, or all frames share."""
 
-    def __init__(self, frame: dict[str, Any], shared: dict[str, Any], place: Place) -> None:
+    def __init__(self, frame: dict[str, object], shared: dict[str, object], place: Place) -> None:
         self._frame, self._shared, self._place = frame, shared, place
 
-    def get(self, key: str) -> Any:
+    def get(self, key: str) -> object:
         """Of the frame, else of all; None if neither has it."""
         found = self._frame.get(key)
         return self._shared.get(key) if found is None else found

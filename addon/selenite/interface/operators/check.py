@@ -93,7 +93,7 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
             if grids and (missing := grid_objects.why_not()):
                 cause, _, cure = missing.partition(": ")
                 raise BadInput(Problem("Check in Cycles", f"{cause} and cannot show grids", cure))
-            taken = [as_found(item, RUN.result) for item in RUN.plan.captures] if known else []
+            taken = [as_found(item, RUN.result.fit) for item in RUN.plan.captures] if known else []
             environment = "" if applied else environment_rows.fitted(scene)
             job = CheckJob(scene, request, values, grids, images, taken, environment)
         except (BadInput, OSError) as error:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -305,8 +306,8 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             last = BackgroundJob(_work_after(job))
             last.start()
         last.join()
-        RUN.result = dict(last.work.result)
-        RUN.result["notes"] = (*RUN.result["notes"], *last.work.troubles)
+        found = last.work.result
+        RUN.result = replace(found, notes=(*found.notes, *last.work.troubles))
         RUN.folder = last.work.folder
         RUN.recorder = last.work.open_record
         RUN.drop_record()

@@ -82,7 +82,7 @@ def _taken(scene: bpy.types.Scene) -> dict[str, Capture]:
     """Photos of the last fit with the gains and alignments that it has found, by id."""
     if RUN.plan is None or RUN.result is None or RUN.scene_name != scene.name:
         return {}
-    return {item.id: as_found(item, RUN.result) for item in RUN.plan.captures}
+    return {item.id: as_found(item, RUN.result.fit) for item in RUN.plan.captures}
 
 
 def _at(request: RunRequest, known: dict[tuple[str, str], Values]) -> RunRequest:

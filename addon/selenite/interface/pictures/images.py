@@ -7,12 +7,15 @@ They are no part of the user's work: `put_away` takes them out of a file that is
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
 from ...scene_read.blender_process import DRAWN
+
+if TYPE_CHECKING:
+    from ...scene_read.hosts import BpyStruct
 
 COMPARISON, PLOTS, SHEET, CYCLES = (
     "Selenite Comparison", "Selenite Plots", "Selenite All Photos", "Selenite Check in Cycles",
@@ -37,7 +40,7 @@ def window_region(area: bpy.types.Area) -> bpy.types.Region | None:
 
 def image_of(area: bpy.types.Area) -> bpy.types.Image | None:
     """What an Image Editor shows."""
-    space: Any = area.spaces.active
+    space: BpyStruct = area.spaces.active
     found: bpy.types.Image | None = space.image
     return found
 
@@ -67,7 +70,7 @@ def put(
     image = _sized(name, picture.shape[1], picture.shape[0], is_float=is_float)
     pixels = np.ones((*picture.shape[:2], 4), np.float32)
     pixels[..., :3] = picture[::-1]
-    into: Any = image.pixels  # a bpy_prop_array, which the stubs call a number
+    into: BpyStruct = image.pixels  # a bpy_prop_array, which the stubs call a number
     into.foreach_set(pixels.ravel())
     image.update()
     return image, pixels.ravel()
@@ -88,7 +91,7 @@ def assign(area: bpy.types.Area, name: str) -> None:
     if image is None:
         image = _sized(name, 64, 64)
         image[DRAWN] = True
-    space: Any = area.spaces.active
+    space: BpyStruct = area.spaces.active
     space.image = image
 
 
@@ -112,7 +115,7 @@ def fit(window: bpy.types.Window, area: bpy.types.Area, *, whole: bool) -> None:
     if region is None or region.width < 2:
         return
     with bpy.context.temp_override(window=window, area=area, region=region):
-        view_all: Any = bpy.ops.image.view_all  # the stubs have another signature for `poll`
+        view_all: BpyStruct = bpy.ops.image.view_all  # the stubs have another signature for `poll`
         if view_all.poll():
             view_all(fit_view=whole)
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import atexit
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 from bpy.app.handlers import persistent
@@ -17,6 +17,9 @@ from . import images
 from .properties import SelenitePictures, settings
 from .thumbnails import THUMBNAILS
 from .view import VIEW
+
+if TYPE_CHECKING:
+    from ...scene_read.hosts import BpyStruct
 
 #: Pixels of a 3D View, at a scale of 1, from which on pictures have room beside it.
 _ROOM = 900
@@ -191,7 +194,7 @@ CLASSES = (SELENITE_OT_show_pictures, SELENITE_OT_hide_pictures, SELENITE_OT_com
 
 def register() -> None:
     """The properties of the session, and what happens when a file is saved or loaded."""
-    manager: Any = bpy.types.WindowManager
+    manager: BpyStruct = bpy.types.WindowManager
     manager.selenite_pictures = bpy.props.PointerProperty(type=SelenitePictures)
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).append(handler)
@@ -206,5 +209,5 @@ def unregister() -> None:
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).remove(handler)
     atexit.unregister(VIEW.renderer.stop)
-    manager: Any = bpy.types.WindowManager
+    manager: BpyStruct = bpy.types.WindowManager
     del manager.selenite_pictures

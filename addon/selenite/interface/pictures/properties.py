@@ -4,12 +4,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 from bpy.props import EnumProperty, FloatProperty
 
 from ...report.pictures.comparison import BEFORE_AFTER, DIFFERENCE, ERROR_SCALE, PHOTO, RENDER, WIPE
+
+if TYPE_CHECKING:
+    from ...scene_read.hosts import BpyStruct
 
 CONTENT_ITEMS = (
     ("COMPARISON", "Active Photo", "The active photo beside its render", 0),
@@ -94,6 +97,6 @@ CLASSES = (SelenitePictures,)
 
 def settings(context: bpy.types.Context | None = None) -> SelenitePictures:
     """Those of the session."""
-    manager: Any = (context or bpy.context).window_manager
+    manager: BpyStruct = (context or bpy.context).window_manager
     found: SelenitePictures = manager.selenite_pictures
     return found

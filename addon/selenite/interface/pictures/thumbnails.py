@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import bpy.utils.previews
@@ -12,6 +12,9 @@ import numpy as np
 from ...report.pictures.canvas import encoded, resized
 from ...report.pictures.comparison import ERROR_SCALE, difference, error_picture, marked
 from ..texts import region_width, translated
+
+if TYPE_CHECKING:
+    from ...scene_read.hosts import BpyStruct
 
 #: Titles, in the order of the line.
 _TITLES = ("Photo", "Fit", "Difference")
@@ -24,10 +27,10 @@ class Thumbnails:
     """Three previews, which are no part of any file. `key`: what they show, None for nothing."""
 
     def __init__(self) -> None:
-        self.key: Any = None
-        self._previews: Any = None
+        self.key: object = None
+        self._previews: BpyStruct = None
 
-    def show(self, key: Any, photo: np.ndarray, weight: np.ndarray, fit: np.ndarray) -> None:  # noqa: ANN401
+    def show(self, key: object, photo: np.ndarray, weight: np.ndarray, fit: np.ndarray) -> None:
         """photo, fit: (h, w, 3), linear; weight (h, w)."""
         error = error_picture(difference(fit, photo, weight), ERROR_SCALE)
         pictures = (encoded(marked(photo, weight)), encoded(marked(fit, weight)), error)

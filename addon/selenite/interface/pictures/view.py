@@ -8,14 +8,14 @@ a twentieth of the time of the main thread; renders are made in a thread of thei
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
 from ... import native
 from ...capture.scene_captures import ids_of
-from ...fit.job import DESCENT, FitFailed, Progress
+from ...fit.job import DESCENT, FitFailed
 from ...report.pictures import plots, sheet
 from ...report.pictures.canvas import encoded
 from ...report.pictures.comparison import (
@@ -35,6 +35,10 @@ from . import images
 from .properties import listen, settings
 from .renderer import Renderer
 from .thumbnails import THUMBNAILS
+
+if TYPE_CHECKING:
+    from ..._core import Progress
+    from ...report.finished_fit import FinishedFit
 
 #: Seconds between two calls of the timer, between two pictures, between two pages of plots.
 TICK, PICTURE_EVERY, PLOTS_EVERY = 0.2, 0.5, 1.0
@@ -57,11 +61,11 @@ class LiveView:
         self.is_unwanted = False  # the user has closed the editors
         self._moments: Moments | None = None
         self._tiles: dict[str, dict[str, np.ndarray]] = {}
-        self._keys: dict[str, Any] = {}
+        self._keys: dict[str, object] = {}
         self._due: dict[str, float] = {}
         self._drawn: dict[str, float] = {}  # in the last tick: when that ended
         self._unfitted: dict[int, int] = {}  # editors to zoom: address -> ticks
-        self._forgotten: Any = None
+        self._forgotten: FinishedFit | None = None
 
     # -- called by operators, properties and handlers
 
@@ -181,7 +185,7 @@ class LiveView:
                 history = job.history()
             except FitFailed:
                 return
-            if len(history["iteration"]):
+            if len(history.iteration):
                 room = images.room_of(images.PLOTS)
                 page = plots.page(plots.of_fit(plan, history), room).pixels
                 self._draw(images.PLOTS, page, begin, PLOTS_EVERY)
@@ -195,8 +199,10 @@ class LiveView:
             room = images.room_of(images.PLOTS)
             if self._changed(images.PLOTS, (id(moments), mark, room)):
                 begin = time.perf_counter()
-                history = moments.result["history"]
-                page = plots.page(plots.of_fit(plan, history, moments.result, mark), room).pixels
+                history = moments.result.fit.history
+                page = plots.page(
+                    plots.of_fit(plan, history, moments.result.fit, mark), room
+                ).pixels
                 self._draw(images.PLOTS, page, begin, 0.0)
         if images.SHEET in shown:
             self._show_sheet(moments)
@@ -306,7 +312,7 @@ class LiveView:
     def _is_due(self, name: str) -> bool:
         return time.monotonic() >= self._due.get(name, 0.0)
 
-    def _changed(self, name: str, key: Any) -> bool:  # noqa: ANN401 - anything that compares
+    def _changed(self, name: str, key: object) -> bool:
         if self._keys.get(name) == key and bpy.data.images.get(name) is not None:
             return False
         self._keys[name] = key
@@ -357,7 +363,7 @@ def _choice() -> Choice:
 
 def _phase(progress: Progress) -> str:
     if progress.phase != DESCENT:
-        return str(progress.phase)
+        return progress.phase
     return f"iteration {progress.iteration} of {progress.iterations}"
 
 

@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 
 from ...scene_read import hosts
 from ..chosen import chosen
 from ..texts import announce
+
+if TYPE_CHECKING:
+    from ...scene_read.hosts import BpyStruct
 
 #: What was there before, on the scene: undo and saved files keep it in step with the cameras.
 _KEY = "selenite_view_through"
@@ -55,13 +58,13 @@ def is_through(scene: bpy.types.Scene) -> bool:
     return scene.get(_KEY) is not None
 
 
-def _row(scene: bpy.types.Scene) -> Any:  # noqa: ANN401 - a SeleniteCapture
+def _row(scene: bpy.types.Scene) -> BpyStruct:  # a SeleniteCapture
     """The active capture, where it has camera and photo."""
     row = chosen(scene.selenite.captures, scene.selenite.active_capture)
     return row if row is not None and row.camera is not None and row.photo is not None else None
 
 
-def _go_through(context: bpy.types.Context, row: Any) -> None:  # noqa: ANN401
+def _go_through(context: bpy.types.Context, row: BpyStruct) -> None:
     scene, data = context.scene, row.camera.data
     backgrounds = data.background_images
     at = next((i for i, item in enumerate(backgrounds) if item.image == row.photo), -1)
@@ -70,7 +73,7 @@ def _go_through(context: bpy.types.Context, row: Any) -> None:  # noqa: ANN401
         backgrounds.new()
         at = len(backgrounds) - 1
     item = backgrounds[at]
-    before: dict[str, Any] = {
+    before: dict[str, object] = {
         "camera": row.camera.name,
         "scene_camera": scene.camera.name if scene.camera is not None else "",
         "shown": data.show_background_images,
@@ -106,7 +109,7 @@ def _restore(context: bpy.types.Context) -> str:
     del scene[_KEY]
     camera: bpy.types.Object | None = bpy.data.objects.get(before["camera"])
     if camera is not None and camera.type == "CAMERA":
-        data: Any = camera.data
+        data: BpyStruct = camera.data
         backgrounds = data.background_images
         for item, shown in zip(backgrounds, before["others"], strict=False):
             item.show_background_image = shown
@@ -128,7 +131,7 @@ def _restore(context: bpy.types.Context) -> str:
     return str(before["camera"])
 
 
-def _view(context: bpy.types.Context) -> Any:  # noqa: ANN401 - a SpaceView3D
+def _view(context: bpy.types.Context) -> BpyStruct:  # a SpaceView3D
     """The 3D View in which the button was pressed, else the first of the window."""
     areas = [context.area] if context.area is not None else []
     areas += list(context.screen.areas) if context.screen is not None else []

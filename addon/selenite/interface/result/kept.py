@@ -18,8 +18,8 @@ def keep_result(scene: bpy.types.Scene) -> None:
     settings = scene.selenite
     settings.results.clear()
     settings.applied = False
-    values = fitted_values(RUN.plan, RUN.result)
-    found = {(item.owner, item.parameter): item for item in findings(RUN.plan, RUN.result)}
+    values = fitted_values(RUN.plan, RUN.result.fit)
+    found = {(item.owner, item.parameter): item for item in findings(RUN.plan, RUN.result.fit)}
     for unknown in RUN.plan.unknowns:
         owner, name = RUN.owners[unknown.owner], unknown.parameter.name
         row = settings.results.add()
@@ -31,12 +31,12 @@ def keep_result(scene: bpy.types.Scene) -> None:
         row.start, row.value = three(unknown.start), three(value)
         row.original = three(owner.values[name])
         _keep_finding(row, found[owner.name, name])
-    words = in_short(RUN.plan, RUN.result)
+    words = in_short(RUN.plan, RUN.result.fit)
     settings.verdict, settings.verdict_icon = words.sentence, words.icon
     settings.is_wrong = words.is_wrong
     settings.table = "\n".join("\t".join(line.cells) for line in table.lines(RUN.plan, RUN.result))
-    rest = trust.sentences(RUN.plan, RUN.result, intervals=False)
-    settings.report = "\n".join([*rest, *RUN.result.get("notes", ())])
+    rest = trust.sentences(RUN.plan, RUN.result.fit, intervals=False)
+    settings.report = "\n".join([*rest, *RUN.result.notes])
 
 
 def keep_fields(scene: bpy.types.Scene) -> None:

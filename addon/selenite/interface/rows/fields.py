@@ -8,7 +8,6 @@ import json
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -21,6 +20,7 @@ from ...fit.fields.images import USUAL_TEXELS, image_unknown, seen
 from ...fit.request import UnknownRequest
 from ...fit.settings import FitSettings
 from ...problems import BadInput, Problem
+from ...report.finished_fit import FinishedFit
 from ...report.results import field_text
 from ...scene_read.shading import volumes
 from ...scene_read.values import GridValues, MaterialValues, Owner, SceneValues
@@ -29,9 +29,6 @@ from ...write_back import grids as grid_objects
 from ...write_back import images as image_nodes
 from . import environment as environment_rows
 from .starts import chosen_file
-
-if TYPE_CHECKING:
-    from ..._core import FitResult
 
 #: Properties of a row that the user sets, beside those that every row has.
 PROPERTIES = (
@@ -144,7 +141,7 @@ def requested(
 
 
 def keep(
-    row: bpy.types.PropertyGroup, field: FieldUnknown, result: FitResult, folder: Path
+    row: bpy.types.PropertyGroup, field: FieldUnknown, result: FinishedFit, folder: Path
 ) -> None:
     """Fills one result from the files of the result folder, so that it survives saving."""
     row.parameter, row.width = field.kind.parameter, field.kind.channels
@@ -152,7 +149,7 @@ def keep(
     row.text = field_text(field, result)
     if isinstance(field, GridUnknown):
         row.grid_to_unit = json.dumps(field.start.to_unit.tolist())
-    coverage = result.get("coverage", {}).get(field.name)
+    coverage = result.coverage.get(field.name)
     if coverage is not None:
         row.text += f"\n{100 * seen(coverage).mean():.0f} % seen by the photos"
 

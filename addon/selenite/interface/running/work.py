@@ -6,7 +6,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ...advice.information.job import Step
 from ...fit.checkpoint import Unfinished
@@ -15,14 +14,12 @@ from ...fit.job import FitJob
 from ...fit.overall import Overall
 from ...fit.plan import FitPlan, prepare
 from ...problems import BadInput
+from ...report.finished_fit import FinishedFit
 from ...report.light_pairing import with_warnings
 from ...report.results import finished, write_results
 from ...scene_read.geometry.bodies import judge_bodies
 from ...scene_read.values import SceneValues
 from .recorder import BackgroundRecorder
-
-if TYPE_CHECKING:
-    from ..._core import FitResult
 
 
 class _Cancelled(Exception):
@@ -121,8 +118,8 @@ class _Writing:
 
 
 class Finishing(_Writing):
-    """After a fit: `result` is the native one with its remarks, warnings and the texels that no
-    photo sees; fitted fields go into `folder`. `troubles`: what went wrong with the record.
+    """After a fit: `result` is its own with its remarks, warnings and the texels that no photo
+    sees; fitted fields go into `folder`. `troubles`: what went wrong with the record.
     `open_record`: it, where the disk is still busy with it: who presses Esc need not wait."""
 
     def __init__(
@@ -130,7 +127,7 @@ class Finishing(_Writing):
     ) -> None:
         """job: at its end. recorder: of the run, which is closed at the end unless it writes."""
         super().__init__(job.plan, parent, host, "comparing lights")
-        self.result: FitResult = {}
+        self.result: FinishedFit | None = None
         self.troubles: tuple[str, ...] = ()
         self.open_record: BackgroundRecorder | None = None
         self._job, self._recorder = job, recorder
@@ -146,7 +143,8 @@ class Finishing(_Writing):
                 self.troubles = self._recorder.close()
 
     def _parts(self) -> Iterator[Step]:
-        self.result = self._job.result()
+        fit = self._job.result()
+        self.result = FinishedFit(fit, self._job.closing_notes(fit))
         yield self.step
         try:
             self.result = with_warnings(self._plan, self.result, self._part(0.0))
@@ -170,7 +168,7 @@ class Finishing(_Writing):
 class Saving(_Writing):
     """Writes a result folder with its pictures."""
 
-    def __init__(self, plan: FitPlan, result: FitResult, parent: Path, host: str) -> None:
+    def __init__(self, plan: FitPlan, result: FinishedFit, parent: Path, host: str) -> None:
         super().__init__(plan, parent, host, "writing the result")
         self._result = result
 

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...fit.capture_render import as_found, evaluator
-from ...fit.job import scene_at
 from ...fit.plan import FitPlan
 from ...fit.staging.plan import constants
+from ..finished_fit import FinishedFit
 
 if TYPE_CHECKING:
-    from ..._core import FitResult, ProgressToken, Scene
+    from ..._core import ProgressToken, Scene
 
 START, RESULT = -1, -2
 #: Samples per pixel of a pass. A picture of an iteration has one; start and result have as many as
@@ -36,7 +36,7 @@ class Moments:
     """Renders on demand and keeps what was rendered last. The object may be asked from one thread
     while `render` works in another: what is shared is replaced as a whole."""
 
-    def __init__(self, plan: FitPlan, result: FitResult) -> None:
+    def __init__(self, plan: FitPlan, result: FinishedFit) -> None:
         self.plan = plan
         self.result = result
         self._kept: OrderedDict[Moment, np.ndarray] = OrderedDict()
@@ -44,24 +44,23 @@ class Moments:
     @property
     def iterations(self) -> np.ndarray:
         """(k,): the iteration of each row of the history."""
-        return np.asarray(self.result["history"]["iteration"])
+        return self.result.fit.history.iteration
 
     def values(self, row: int) -> dict[str, tuple[float, ...]]:
         """Name -> value at a moment."""
         if row == START:
             return {item.name: item.start for item in self.plan.unknowns}
         if row == RESULT:
-            found = self.result["values_best"]
-            return {name: tuple(map(float, np.ravel(value))) for name, value in found.items()}
-        columns = self.result["history"]["values"]
-        return {name: tuple(map(float, np.ravel(rows[row]))) for name, rows in columns.items()}
+            return {name: tuple(value) for name, value in self.result.fit.values_best.items()}
+        columns = self.result.fit.history.values
+        return {name: tuple(rows[row].tolist()) for name, rows in columns.items()}
 
     def scene(self, row: int) -> Scene:
         """With these values. Of grids and images the history keeps means alone: those of the result
         stand at every moment but the start."""
         if row == START:
             return self.plan.scene
-        scene = scene_at(self.plan, self.result)
+        scene = self.result.scene(self.plan)
         if row == RESULT:
             return scene
         return scene.with_values(constants(self.values(row), self.plan.unknowns, self.plan.fields))
@@ -86,7 +85,7 @@ class Moments:
         settings = self.plan.request.settings
         passes = 1 if moment.row >= 0 else -(-settings.picture_spp // _SPP)
         scene = evaluator(self.scene(moment.row), settings)
-        photo = as_found(capture, self.result).view()
+        photo = as_found(capture, self.result.fit).view()
         total = np.zeros(capture.reference.shape, np.float64)
         for number in range(passes):
             total += scene.picture(

@@ -94,24 +94,24 @@ def _grid(count: int, room: tuple[int, int] | None) -> tuple[int, tuple[int, int
 def of_fit(
     plan: FitPlan,
     history: History,
-    result: FitResult | None = None,
+    fit: FitResult | None = None,
     mark: float | None = None,
 ) -> list[Plot]:
-    """Loss first, then each parameter and the mean of each grid or image. history: as of the native
-    result; result: the same, for the best iteration and the intervals."""
-    x = np.asarray(history["iteration"], float)
-    report = (result or {}).get("report", {}).get("parameters", {})
+    """Loss first, then each parameter and the mean of each grid or image. fit: at its end,
+    for the best iteration and the intervals."""
+    x = history.iteration.astype(float)
+    report = fit.report.parameters if fit is not None else {}
     best = mark
-    if best is None and result is not None:
-        best = float(result["best_iteration"])
+    if best is None and fit is not None:
+        best = float(fit.best_iteration)
     stages = _stage_starts(history, x)
     found = [_loss(history, x, best, stages)]
     names = labels(plan.unknowns)
     for item in plan.unknowns:
-        values = np.asarray(history["values"].get(item.name, np.empty((0, 1))), float)
+        values = history.values.get(item.name, np.empty((0, 1)))
         if len(values) != len(x):
             continue
-        rows = report.get(item.name, {}).get("interval_90") or []
+        rows = report[item.name].interval_90 if item.name in report else []
         colours = (_BLUE,) if values.shape[1] == 1 else _CHANNELS
         intervals = [
             (float(low), float(high), colour)
@@ -126,17 +126,16 @@ def of_fit(
                 intervals, best, stages,
             )
         )  # fmt: skip
-    for name, column in history.get("field_means", {}).items():
-        values = np.asarray(column, float)
+    for name, values in history.field_means.items():
         number = all(item.values.shape[-1] == 1 for item in plan.fields if item.name == name)
         curves = _channels(values[:, :1] if number else values)
         found.append(Plot(f"{name}, mean", x, curves, mark=best, stages=stages))
     return found
 
 
-def write(path: Path, plan: FitPlan, result: FitResult) -> None:
+def write(path: Path, plan: FitPlan, fit: FitResult) -> None:
     """The page of a fit that has ended, as PNG. Raises OSError."""
-    page(of_fit(plan, result["history"], result)).write(path)
+    page(of_fit(plan, fit.history, fit)).write(path)
 
 
 def ticks(low: float, high: float, most: int = 4) -> list[float]:
@@ -169,8 +168,7 @@ def decades(low: float, high: float, most: int = 5) -> list[float]:
 
 
 def _loss(history: History, x: np.ndarray, best: float | None, stages: Sequence[float]) -> Plot:
-    loss = np.asarray(history["loss"], float)
-    validation = np.asarray(history["validation"], float)
+    loss, validation = history.loss, history.validation
     curves = [Curve(loss, _BLUE, "loss")]
     if np.isfinite(validation).any():
         curves.append(Curve(validation, _ORANGE, "validated", dots=True))
@@ -190,9 +188,9 @@ def _channels(values: np.ndarray) -> list[Curve]:
 
 
 def _stage_starts(history: History, x: np.ndarray) -> list[float]:
-    if "stage" not in history or not len(x):
+    if history.stage is None or not len(x):
         return []
-    changes = np.flatnonzero(np.diff(np.asarray(history["stage"]))) + 1
+    changes = np.flatnonzero(np.diff(history.stage)) + 1
     return [float(x[at]) for at in changes]
 
 

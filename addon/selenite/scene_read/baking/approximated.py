@@ -8,20 +8,34 @@ import json
 import pickle
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TypedDict, cast
 
 import bpy
 
+from ...atomic_files import write_json
 from ...problems import Problem
 from ..blender_process import BlenderProcess, baked_folder
 from ..options import ReadingOptions
 from ..reading.process_run import ProcessRun
 from ..values import SceneValues
 
-if TYPE_CHECKING:
-    from ...json_text import JsonObject
-
 _MODULE = "selenite.cycles_check.approximation"
+
+
+class ComparisonRequest(TypedDict):
+    """What the other process is asked."""
+
+    scene: str
+    scripts: bool
+    options: dict[str, object]
+
+
+class Difference(TypedDict):
+    """From the picture by Cycles, relative to its mean: on average and in the worst block."""
+
+    camera: str
+    mean: float
+    worst: float
 
 
 @dataclass
@@ -57,9 +71,9 @@ class ComparisonRun(ProcessRun):
             return None
         if self.report and self._kept is not None:
             self._kept.parent.mkdir(parents=True, exist_ok=True)
-            self._kept.write_text(json.dumps(self.report), encoding="utf-8")
-        found: JsonObject = self.report or self._known()
-        if found:
+            write_json(self._kept, self.report)
+        found = cast("Difference", self.report) if self.report else self._known()
+        if found is not None:
             self._asked.read.warn(
                 f"{title}: approximated materials change the picture of camera "
                 f"'{found['camera']}' by {100 * found['mean']:.3g} % on average and "
@@ -78,11 +92,10 @@ class ComparisonRun(ProcessRun):
     def _said(self, error: Exception) -> Problem:
         return Problem(f"Scene '{self._asked.scene.name}'", str(error), "")
 
-    def _known(self) -> JsonObject:
+    def _known(self) -> Difference | None:
         if self._kept is None or not self._kept.is_file():
-            return {}
-        found: JsonObject = json.loads(self._kept.read_text(encoding="utf-8"))
-        return found
+            return None
+        return cast("Difference", json.loads(self._kept.read_text(encoding="utf-8")))
 
 
 def _kept_at(asked: ComparisonAsked) -> Path | None:

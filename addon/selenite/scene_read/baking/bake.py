@@ -25,7 +25,7 @@ from ..values import SceneValues
 from . import sheet, trees
 
 if TYPE_CHECKING:
-    from ...json_text import JsonObject
+    from .request import BakeReport, BakeRequest, MaterialRequest
 
 Note = Callable[[float, str], None]
 Key = tuple[str, str]  # name and library of a datablock
@@ -37,8 +37,9 @@ MARGIN = 8
 _EMPTY = np.float32(-1e30)
 
 
-def run(_folder: Path, request: JsonObject, note: Note) -> JsonObject:
-    """Leaves a folder for each material in the request's folder."""
+def run(_folder: Path, request: BakeRequest, note: Note) -> dict[str, object]:
+    """Leaves a folder for each material in the request's folder. Who asked removes `partial`, which
+    is on the same disk and holds the one that is not whole."""
     note(0.0, "reading the scene")
     open_blend(str(_folder / "scene.blend"), scripts=request["scripts"])
     scene = bpy.data.scenes[request["scene"]]
@@ -57,8 +58,7 @@ def run(_folder: Path, request: JsonObject, note: Note) -> JsonObject:
 
     for one in wanted:
         target = Path(request["folder"]) / one["key"]
-        partial = target.with_name(f"{target.name}.partial")
-        shutil.rmtree(partial, ignore_errors=True)
+        partial = Path(request["partial"]) / one["key"]
         partial.mkdir(parents=True)
         report = _material(scene, one, meshes, partial, step)
         (partial / "report.json").write_text(json.dumps(report), encoding="utf-8")
@@ -101,11 +101,11 @@ def _key(block: bpy.types.ID) -> Key:
 
 def _material(
     scene: bpy.types.Scene,
-    one: JsonObject,
+    one: MaterialRequest,
     meshes: dict[Key, bpy.types.Mesh],
     folder: Path,
     step: Callable[[], None],
-) -> JsonObject:
+) -> BakeReport:
     """Writes maps and pictures of all objects; returns what is to be said."""
     material = bpy.data.materials[(one["datablock"], one["library"] or None)]
     size, tiles = one["size"], one["tiles"]

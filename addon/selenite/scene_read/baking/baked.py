@@ -4,11 +4,15 @@
 from __future__ import annotations
 
 import json
+import shutil
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 
 import bpy
 import numpy as np
 
+from ...atomic_files import partial_name
 from ...problems import Problem
 from ..blender_process import BlenderProcess, baked_folder
 from ..reading.process_run import ProcessRun
@@ -40,6 +44,8 @@ class BakeRun(ProcessRun):
         super().__init__()
         self._asked = asked
         self._folder = baked_folder()
+        self._partial = partial_name(self._folder / "baked")
+        self._made: list[Path] = []
         self._sides: dict[str, tuple[int, int]] = {}
         self._keys: dict[str, str] = {}
 
@@ -54,10 +60,22 @@ class BakeRun(ProcessRun):
         missing = [one for one in asked.baker.materials if not self._is_kept(one)]
         if not missing:
             return None
+        places = [self._folder, *self._folder.parents]
+        self._made = [place for place in places if not place.exists()]
         self._folder.mkdir(parents=True, exist_ok=True)
         process = BlenderProcess(_MODULE, "selenite-bake-")
         process.ask(self._request(missing))
         return process
+
+    def close(self) -> None:
+        """Nor does a half of an image remain, or a folder that was made for none."""
+        try:
+            super().close()
+        finally:
+            shutil.rmtree(self._partial, ignore_errors=True)
+            with suppress(OSError):  # it holds images
+                for place in self._made:
+                    place.rmdir()
 
     def outcome(self) -> Problem | None:
         """After `close`: fills in the images, or says what stood in the way."""
@@ -82,6 +100,7 @@ class BakeRun(ProcessRun):
         return {
             "scene": self._asked.scene.name,
             "folder": str(self._folder),
+            "partial": str(self._partial),
             "materials": [
                 {
                     "key": self._keys[one.name],

@@ -13,8 +13,8 @@ import numpy as np
 from .. import hosts
 
 if TYPE_CHECKING:
-    from ...json_text import JsonObject
     from ..hosts import BpyStruct
+    from .request import OutputRequest
 
 #: Attribute that holds the Generated coordinates of a mesh whose modifiers were applied.
 _GENERATED = "selenite_generated"
@@ -39,7 +39,7 @@ def keep_generated(evaluated: BpyStruct, mesh: bpy.types.Mesh) -> None:  # a mes
 
 
 @contextmanager
-def emitting(material: bpy.types.Material, output: JsonObject) -> Iterator[bpy.types.Material]:
+def emitting(material: bpy.types.Material, output: OutputRequest) -> Iterator[bpy.types.Material]:
     """A material that emits `output`, for a moment, on a mesh of `keep_generated`."""
     made = material.copy()
     groups: list[bpy.types.NodeTree] = []

@@ -29,7 +29,6 @@ from ..closedness import Closedness, survey
 from ..values import BodyValues, MaterialValues, ObjectValues, SceneValues
 from .folds import warn_of_folds
 from .overlaps import warn_of_overlaps
-from .winding import warn_of_winding
 
 #: The kind of the Problem of a body whose holes can be filled.
 OPEN_BODY = "open-body"
@@ -85,7 +84,6 @@ def judge_bodies(read: SceneValues) -> list[BodyValues]:
                 bodies[key] = replace(body, fault=_report(body, whole, read))
     warn_of_folds(read)
     warn_of_overlaps(read)
-    warn_of_winding(read)
     return list(bodies.values())
 
 

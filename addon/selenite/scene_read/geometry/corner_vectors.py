@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -26,6 +26,9 @@ from ..shaders import (
 from ..values import MeshValues
 from . import pointiness, tangents
 from .mesh import is_placed
+
+if TYPE_CHECKING:
+    from ..hosts import BpyStruct
 
 MeshVectors = tuple[tuple[str, np.ndarray], ...]
 
@@ -95,7 +98,7 @@ def _alpha(mesh: bpy.types.Mesh, name: str, otherwise: float) -> np.ndarray:
     """(3m,): of a colour attribute, "" for the one that renders; 1 of an attribute without alpha.
     otherwise: where there is no attribute of the name."""
     at = _corners(mesh)
-    found: Any = hosts.color_attribute(mesh, name) or mesh.attributes.get(name)
+    found: BpyStruct = hosts.color_attribute(mesh, name) or mesh.attributes.get(name)
     if found is None or found.data_type not in _WITH_ALPHA:
         return np.full(len(at.loops), 1.0 if name in mesh.attributes else otherwise, np.float32)
     alpha = hosts.floats(found.data, _READ[found.data_type][0], 4)[:, 3]
@@ -113,7 +116,7 @@ def attribute(mesh: bpy.types.Mesh, values: MeshValues, name: str) -> np.ndarray
         if name in dict(kind):
             numbers = dict(kind)[name]
             return np.pad(numbers, ((0, 0), (0, 3 - numbers.shape[1])))
-    found: Any = mesh.attributes.get(name)
+    found: BpyStruct = mesh.attributes.get(name)
     if found is None or found.data_type not in _READ:
         return None
     key, width = _READ[found.data_type]
@@ -170,7 +173,7 @@ def _factor(mesh: bpy.types.Mesh, values: MeshValues, name: str) -> np.ndarray |
     vector = attribute(mesh, values, name)
     if vector is None:
         return None
-    found: Any = mesh.attributes.get(name)
+    found: BpyStruct = mesh.attributes.get(name)
     pairs = name in dict(values.uv_maps) or (found is not None and found.data_type == "FLOAT2")
     return _repeated(vector[:, 0] if pairs else vector.mean(axis=1))
 
@@ -196,11 +199,11 @@ def islands_of_split(evaluated: bpy.types.Object, values: MeshValues) -> MeshVec
     empty where it does not."""
     if evaluated.type != "MESH" or not hosts.splits_faces():
         return ()
-    data: Any = evaluated.data
+    data: BpyStruct = evaluated.data
     if hosts.normals_domain(data) != "CORNER":
         return ()
     try:
-        mesh: Any = evaluated.to_mesh()
+        mesh: BpyStruct = evaluated.to_mesh()
         mesh.split_faces()
         numbers = _islands(mesh)
         taken = np.take(numbers, _corners(mesh).vertices, axis=0)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -15,6 +15,9 @@ from ...problems import Problem
 from .. import hosts
 from ..values import MeshValues, SceneValues
 from . import corner_normals, not_rendered
+
+if TYPE_CHECKING:
+    from ..hosts import BpyStruct
 
 #: Embree, by which Cycles traces rays, leaves out what is farther.
 _FARTHEST = 1.8e18
@@ -54,9 +57,9 @@ def rendered_instances(depsgraph: bpy.types.Depsgraph, read: SceneValues) -> Ite
 
 
 @contextmanager
-def mesh_of(evaluated: bpy.types.Object) -> Iterator[Any]:
+def mesh_of(evaluated: bpy.types.Object) -> Iterator[BpyStruct]:
     """The mesh of an evaluated mesh object, None if it has none."""
-    mesh: Any = evaluated.data
+    mesh: BpyStruct = evaluated.data
     # As Cycles does: a copy, which takes time, only where the mesh itself does not do.
     if not mesh.is_editmode and not getattr(mesh, "use_auto_smooth", False):
         yield mesh

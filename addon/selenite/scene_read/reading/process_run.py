@@ -6,13 +6,9 @@ from __future__ import annotations
 import time
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from ...problems import BadInput, Failed, Problem
 from ..blender_process import BlenderProcess
-
-if TYPE_CHECKING:
-    from ...json_text import JsonObject
 
 _POLL = 0.05  # seconds
 
@@ -35,7 +31,7 @@ class ProcessRun:
         self.stopped = False  # set from any thread: it ends soon
         self.entry = _NothingWaits()
         self.problem: Problem | None = None
-        self.report: JsonObject = {}
+        self.report: dict[str, object] = {}
         self._process: BlenderProcess | None = None
 
     @abstractmethod

@@ -148,7 +148,7 @@ class GraphRender:
         self.stopped = False  # set from any thread: the reading ends soon
         self._asked = asked
         self._called = False
-        self._failure: Exception | None = None
+        self._failure: BaseException | None = None
         self._reason = ""
         self._busy: Problem | None = None
         self._stack = ExitStack()
@@ -232,7 +232,7 @@ class GraphRender:
                 with _at_frame(engine, scene, frame):
                     self._asked.read(depsgraph, check)
             check()  # Blender's own handler may have had the Esc
-        except Exception as error:  # Blender would print and forget it
+        except BaseException as error:  # Blender would print and forget it: Ctrl+C too
             self._failure = error
 
 

@@ -23,6 +23,8 @@ from .textures import EmptyRoom, TextureRoom
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
 NO_MATERIAL = "(no material)"
 _NORMALS = ("Normal", "Coat Normal", "Clearcoat Normal")
+#: Inputs of Blender 4 that a Principled BSDF has in a graph alone, and that act above 0.
+_ONLY_IN_GRAPHS = ("Anisotropic", "Thin Film Thickness")
 
 
 @dataclass
@@ -137,9 +139,11 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
 
 def needs_graph(material: bpy.types.Material, node: bpy.types.Node, groups: Groups) -> bool:
     """Whether a Principled BSDF alone does not say what the surface is like."""
-    if not hosts.is_version_3():  # of 3.x the anisotropy is not modelled
-        stretch = nodes.constant(nodes.source_of(node.inputs["Anisotropic"], groups))
-        if stretch is None or stretch[0] > 0:
+    for name in _ONLY_IN_GRAPHS if not hosts.is_version_3() else ():
+        if name not in node.inputs or name in hosts.unlike_inputs():
+            continue
+        value = nodes.constant(nodes.source_of(node.inputs[name], groups))
+        if value is None or value[0] > 0:
             return True
     normals = [node.inputs[name] for name in _NORMALS if name in node.inputs]
     output = nodes.output_of(material.node_tree)

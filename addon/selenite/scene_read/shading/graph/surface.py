@@ -37,8 +37,10 @@ _KINDS = {
 }
 #: More closures at one point are refused; see native/model/closures/closure.h.
 MOST_CLOSURES = 16
-#: Inputs that act only if they are not 0, and are not modelled.
+#: Inputs that act only if they are not 0, and that only a Principled BSDF has modelled.
 _WITHOUT = ("Thin Film Thickness",)
+#: The parameters of a film of a Principled BSDF; nothing varies where it is not there.
+_FILM = ("thin_film_thickness", "thin_film_ior")
 #: Distributions of micronormals that are rendered; SHARP is Blender 3's.
 _DISTRIBUTIONS = {"GGX", "MULTI_GGX", "BECKMANN", "ASHIKHMIN_SHIRLEY", "SHARP"}
 _CURE = "use a Principled BSDF, or another shader that is read"
@@ -224,6 +226,11 @@ def _closure(tree: Tree, item: _Found) -> Closure | None:
         registers["roughness"] = tree.shader.literal(0)
     if distribution not in _DISTRIBUTIONS or distribution == "SHARP":  # sheen has others
         distribution = "GGX"
+    thickness = "Thin Film Thickness"
+    if kind == "principled" and (
+        thickness in hosts.unlike_inputs() or tree.number_of(node, thickness, groups) == 0
+    ):
+        registers |= dict.fromkeys(_FILM, tree.shader.literal(0))
     tangent = None
     stretch = _STRETCHES.get(kind, "")
     if stretch and version in next(row for row in rows if row.name == stretch).versions:
