@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from drawn_panels import FakeLayout
 
+from selenite.capture.panel_rows import write_row
 from selenite.capture.request import CaptureRequest
 from selenite.capture.scene_captures import captures_of
 from selenite.fit.request import RunRequest
@@ -84,6 +85,52 @@ def test_all_that_is_set_reaches_the_request(row):
     how.response, how.response_path = "TABLE", "/tmp/camera.csv"
     assert asked().background == "0.25,0.5,1:0.125"
     assert asked().response == "/tmp/camera.csv"
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        {"mask": "/tmp/mask.png", "exclude": "/tmp/hand.png", "silhouette": 0, "hold_out": True},
+        {"background": "border:0.125", "response": "linear", "gain": "scalar", "align": True},
+        {"background": "0.25,0.5,1:0.05", "response": "gamma:1.8", "clip": (0.125, 0.875)},
+        {"response": "/tmp/table.csv", "world": False, "frame": -3, "distortion": False},
+        {"size": (400, 600), "crop": (0, 0, 30, 50), "pixel_aspect": 0.5},
+        {"distortion": LensDistortion(512.0, 511.5, 200.5, 300.25, k1=0.125, b2=-2.0)},
+    ],
+)
+def test_a_row_says_what_was_written_into_it(row, said):
+    wanted = CaptureRequest("Camera", asked().photo, **said)
+    write_row(row, wanted)
+    assert asked() == wanted
+
+
+def test_rows_of_earlier_files_keep_their_properties():
+    """Names and types in a .blend; a menu's items by their numbers."""
+    kept = {
+        "": "mask_path:STRING",
+        "how": "exclude_path:STRING use_silhouette:BOOLEAN silhouette:INT background:ENUM "
+        "background_color:FLOAT tolerance:FLOAT response:ENUM gamma:FLOAT response_path:STRING "
+        "use_clip:BOOLEAN clip:FLOAT gain:ENUM align:BOOLEAN hold_out:BOOLEAN use_size:BOOLEAN "
+        "size:INT use_crop:BOOLEAN crop:INT use_pixel_aspect:BOOLEAN pixel_aspect:FLOAT "
+        "use_distortion:BOOLEAN undistorted:BOOLEAN fx:FLOAT fy:FLOAT cx:FLOAT cy:FLOAT k1:FLOAT "
+        "k2:FLOAT k3:FLOAT k4:FLOAT p1:FLOAT p2:FLOAT p3:FLOAT p4:FLOAT b2:FLOAT",
+        "lights": "mode:ENUM lamp:POINTER collection:POINTER world:BOOLEAN use_frame:BOOLEAN "
+        "frame:INT",
+    }
+    items = {
+        "background": "NONE BORDER COLOR",
+        "response": "AUTO SRGB LINEAR GAMMA TABLE",
+        "gain": "NONE SCALAR RGB",
+        "mode": "ALL LAMP COLLECTION NONE",
+    }
+    row = bpy.context.scene.selenite.captures.add()
+    for group, names in kept.items():
+        found = (getattr(row, group) if group else row).bl_rna.properties
+        for name, _, kind in (item.partition(":") for item in names.split()):
+            assert found[name].type == kind, name
+            if kind == "ENUM":
+                numbered = {item.value: item.identifier for item in found[name].enum_items}
+                assert [numbered[at] for at in range(len(numbered))] == items[name].split()
 
 
 def test_the_box_draws_what_is_switched_on(row):

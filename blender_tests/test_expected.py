@@ -148,7 +148,7 @@ def test_the_panel_shows_progress_and_esc_ends_it(tmp_path):
     assert estimate._start(bpy.context)
     assert not bpy.ops.selenite.start.poll()
     drawn = draw(panels.SELENITE_PT_fit)
-    assert "selenite.cancel_estimate" in drawn and "selenite.estimate" not in drawn
+    assert "selenite.cancel" in drawn and "selenite.estimate" not in drawn
     assert estimate.modal(bpy.context, ESCAPE) == {"RUNNING_MODAL"}
     state.ESTIMATE.job._thread.join()
     assert estimate.modal(bpy.context, TIMER) == {"CANCELLED"}

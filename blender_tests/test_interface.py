@@ -15,6 +15,7 @@ from pressed_buttons import Pressed
 
 import selenite
 from selenite import native
+from selenite.advice.information.job import BackgroundJob, Step
 from selenite.cli import build_parser
 from selenite.fit.settings import FitSettings
 from selenite.interface import panels, properties, state
@@ -284,6 +285,35 @@ def test_cancel_keeps_nothing(tmp_path):
     bpy.ops.selenite.cancel()
     assert start._finish(bpy.context) == {"CANCELLED"}
     assert len(settings.results) == 0 and state.RUN.job is None
+
+
+@pytest.mark.usefixtures("addon")
+@pytest.mark.parametrize("number", range(len(state.JOBS)))
+def test_one_cancel_ends_whatever_runs(number):
+    class Waiting:
+        cancelled = False
+
+        def steps(self):
+            while not self.cancelled:
+                yield Step(0.0, "waiting")
+                time.sleep(0.001)
+
+        def cancel(self):
+            self.cancelled = True
+
+    background = state.JOBS[number]
+    assert not bpy.ops.selenite.cancel.poll()
+    job = BackgroundJob(Waiting())
+    background.start(job, "Scene")
+    try:
+        assert bpy.ops.selenite.cancel.poll()
+        assert bpy.ops.selenite.stop.poll() == (background is state.TRADE)
+        assert bpy.ops.selenite.cancel() == {"FINISHED"}
+        assert job.work.cancelled
+    finally:
+        background.stop()
+        job.join()
+    assert not bpy.ops.selenite.cancel.poll()
 
 
 @pytest.mark.usefixtures("addon")

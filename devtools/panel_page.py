@@ -23,8 +23,6 @@ VERSION = (4, 5)  # of the Blender that has every control
 #: Class with settings -> heading.
 SETTINGS = {
     "SeleniteCapture": "Settings of a capture",
-    "SeleniteCapturePhoto": "How It Was Taken",
-    "SeleniteCaptureLights": "Lights of a capture",
     "SeleniteRow": "Settings of a parameter",
     "SeleniteSettings": "Settings of the fit",
     "SeleniteStage": "Settings of a stage",
@@ -32,6 +30,8 @@ SETTINGS = {
     "SeleniteResult": "A fitted value",
     "SelenitePreferences": "Preferences of the add-on",
 }
+#: What devtools/capture_page.py has.
+ELSEWHERE = {"SeleniteCapturePhoto", "SeleniteCaptureLights"}
 
 
 def _buttons(classes: list[type]) -> list[tuple[str, str]]:
@@ -69,7 +69,7 @@ def table() -> Iterator[str]:
     yield from ("", "### Buttons", "")
     yield from generated_part.table(("button", "effect"), _buttons(classes))
     order = list(SETTINGS)
-    named = [item for item in classes if _settings(item)]
+    named = [item for item in classes if _settings(item) and item.__name__ not in ELSEWHERE]
     named.sort(key=lambda item: order.index(item.__name__) if item.__name__ in order else 99)
     for item in named:
         yield from ("", f"### {SETTINGS.get(item.__name__) or 'Options of ' + item.bl_label}", "")

@@ -56,15 +56,14 @@ def read_at_size(
     path: FilePath,
     width: int,
     height: int,
-    mask: FilePath | None = None,
     *,
+    masks: Sequence[tuple[FilePath, str]] = (),
     response: Response | None = None,
     counted: Sequence[float] | None = None,
     corners: ArrayLike | None = None,
-    exclude: FilePath | None = None,
     within: NDArray[np.bool_] | None = None,
 ) -> tuple[
-    NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], PhotoInfo, CountedInfo | None
+    NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], PhotoInfo, list[CountedInfo]
 ]: ...
 def resize(pixels: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]: ...
 def write_exr(

@@ -57,7 +57,7 @@ def steps():
     in_window(bpy.ops.selenite.check_in_cycles, "INVOKE_DEFAULT")
     yield rendering
     picture("checking")
-    in_window(bpy.ops.selenite.cancel_check)
+    in_window(bpy.ops.selenite.cancel)
     yield lambda: state.CHECK.job is None
     yield 0.5
 

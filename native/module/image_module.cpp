@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -19,6 +21,7 @@
 #include "math/srgb.h"
 #include "module/file_path.h"
 #include "module/float_array.h"
+#include "module/one_of.h"
 #include "module/problem_binding.h"
 
 namespace py = pybind11;
@@ -116,11 +119,10 @@ void limit(Response& response, const std::array<double, 2>& counted) {
 }
 
 py::tuple read_small(const FilePath& path, int width, int height,
-                     const std::optional<FilePath>& mask,
+                     const std::vector<std::pair<FilePath, std::string>>& masks,
                      const std::optional<ResponseArgument>& response,
                      const std::optional<std::array<double, 2>>& counted,
                      const std::optional<py::array_t<double, py::array::c_style>>& corners,
-                     const std::optional<FilePath>& exclude,
                      const std::optional<py::array_t<bool, py::array::c_style>>& within) {
   Reading reading;
   if (within) {
@@ -129,8 +131,10 @@ py::tuple read_small(const FilePath& path, int width, int height,
                             "; it must be (height, width)");
     reading.within.assign(within->data(), within->data() + within->size());
   }
-  reading.mask = mask.value_or(FilePath{}).text;
-  reading.exclude = exclude.value_or(FilePath{}).text;
+  for (const auto& [file, left_out] : masks)
+    reading.masks.push_back({file.text, one_of<MaskKind>("left_out", left_out,
+                                                         {{"black", MaskKind::kInclude},
+                                                          {"white", MaskKind::kExclude}})});
   if (response) reading.response = response_of(*response);
   if (counted) limit(reading.response, *counted);
   if (corners) {
@@ -151,14 +155,15 @@ py::tuple read_small(const FilePath& path, int width, int height,
   py::dict info = info_dict(photo.info);
   info["counts"] = counts_dict(photo.counts);
   info["isolated"] = photo.isolated;
-  py::object mask_info = py::none();
-  if (mask) {
-    mask_info = info_dict(photo.mask_info);
-    mask_info["counts"] = counts_dict(photo.mask_counts);
+  py::list mask_infos;
+  for (const MaskInfo& mask : photo.masks) {
+    py::dict known = info_dict(mask.info);
+    known["counts"] = counts_dict(mask.counts);
+    mask_infos.append(known);
   }
   return py::make_tuple(to_array(std::move(photo.reference), {height, width, 3}),
                         to_array(std::move(photo.weight), {height, width}), inside, info,
-                        mask_info);
+                        mask_infos);
 }
 
 struct Shape {
@@ -266,28 +271,28 @@ Returns:
     outside_gamut, outside_file and too_dark (see `counted` of `read_at_size`).
 Raises:
     OSError: as `probe`, and for a truncated or damaged file.)");
-  m.def("read_at_size", &read_small, "path"_a, "width"_a, "height"_a, "mask"_a = py::none(),
-        py::kw_only(), "response"_a = py::none(), "counted"_a = py::none(),
-        "corners"_a = py::none(), "exclude"_a = py::none(), "within"_a = py::none(),
+  m.def("read_at_size", &read_small, "path"_a, "width"_a, "height"_a, py::kw_only(),
+        "masks"_a = py::list(), "response"_a = py::none(), "counted"_a = py::none(),
+        "corners"_a = py::none(), "within"_a = py::none(),
         R"(Reads a photo through an area filter.
 
 Args:
     width, height: of the result, at most those of the photo.
-    mask: path of a picture of the photo's shape and any size; the mean of its channels in [0, 1] is
-        a weight. A pixel of the photo has weight 0 where one below of the mask is 0.
+    masks: (path, left_out) of pictures of the photo's shape and any size. left_out "black": the mean
+        of its channels in [0, 1] is a weight, and a pixel of the photo has weight 0 where one below
+        of the mask is 0. "white": what is at least half white does not count.
     response: how code values became of light, in place of what the file says: "srgb", "linear", the
         exponent of a power, or rows (code value, red, green, blue), linear between them.
     counted: (lowest, highest) code value that counts, 1 at the top of integers. Given, clipping is
         not looked for besides.
     corners: (height + 1, width + 1, 2) where the corners of the pixels lie in the photo, x and y in
         its pixels from its top left corner, NaN for nowhere; left out, evenly over all of it.
-    exclude: path of a picture as the mask, of which what is at least half white does not count.
     within: (height, width) bool, of which pixels the warnings of clipping are; left out: of all
         that the masks leave.
 Returns:
     reference (height, width, 3) float32, linear Rec. 709; weight (height, width) float32, alpha
     times masks, 0 where a photo pixel below is not usable or none is; inside (height, width) bool:
-    alpha and masks are nowhere 0 below; info and mask_info (None without a mask): dicts of `probe`
+    alpha and masks are nowhere 0 below; info, and a list with one for each mask: dicts of `probe`
     with counts as in `read`.
 Raises:
     OSError: as `read`, for photo or mask. ValueError: an argument out of range.)");

@@ -62,7 +62,7 @@ TEST_F(WorkingSize, MaskAndAlphaAreWeights) {
     mask.push_back(i == 2 ? 0.f : 0.5f);
   }
   const std::string photo = exr("a.exr", 4, 1, pixels, 4), file = exr("mask.exr", 4, 1, mask, 1);
-  const WorkingPhoto both = read_at_size(photo, 4, 1, {.mask = file});
+  const WorkingPhoto both = read_at_size(photo, 4, 1, {.masks = {{file}}});
   EXPECT_NEAR(both.weight[0], 0.25, 1e-5);
   EXPECT_EQ(both.weight[1], 0.f);
   EXPECT_EQ(both.weight[2], 0.f);
@@ -82,11 +82,11 @@ TEST_F(WorkingSize, AMaskThatIsNotFiniteIsCountedAndDoesNotCount) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const std::string photo = exr("a.exr", 4, 1, std::vector<float>(12, 0.5f));
   const std::string mask = exr("mask.exr", 4, 1, {1, nan, -1, 3}, 1);
-  const WorkingPhoto masked = read_at_size(photo, 4, 1, {.mask = mask});
+  const WorkingPhoto masked = read_at_size(photo, 4, 1, {.masks = {{mask}}});
   EXPECT_EQ(masked.weight, (std::vector<float>{1, 0, 0, 1}));
-  EXPECT_EQ(masked.mask_counts[PixelUse::kNotFinite], 1);
-  EXPECT_EQ(masked.mask_counts[PixelUse::kNegative], 1);
-  EXPECT_EQ(masked.mask_info.warnings.size(), 3u);
+  EXPECT_EQ(masked.masks.at(0).counts[PixelUse::kNotFinite], 1);
+  EXPECT_EQ(masked.masks.at(0).counts[PixelUse::kNegative], 1);
+  EXPECT_EQ(masked.masks.at(0).info.warnings.size(), 3u);
   EXPECT_TRUE(masked.info.warnings.empty());
 }
 
@@ -96,17 +96,20 @@ TEST_F(WorkingSize, AMaskOfAnotherSizeCountsOnlyWhereNoneOfItIsBlack) {
   std::vector<float> fine(32, 1.f);
   fine[8 + 3] = 0;      // (3, 1)
   fine[16 + 6] = 0.5f;  // (6, 2)
-  const WorkingPhoto large = read_at_size(photo, 4, 2, {.mask = exr("large.exr", 8, 4, fine, 1)});
+  const WorkingPhoto large =
+      read_at_size(photo, 4, 2, {.masks = {{exr("large.exr", 8, 4, fine, 1)}}});
   EXPECT_EQ(large.weight[1], 0.f);
   EXPECT_NEAR(large.weight[7], (3 + 0.5) / 4, 1e-4);
   EXPECT_EQ(large.inside, (std::vector<std::uint8_t>{1, 0, 1, 1, 1, 1, 1, 1}));
   // Half the size: its left pixel lies over four of the photo.
-  const WorkingPhoto small = read_at_size(photo, 4, 2, {.mask = exr("s.exr", 2, 1, {0, 1}, 1)});
+  const WorkingPhoto small =
+      read_at_size(photo, 4, 2, {.masks = {{exr("s.exr", 2, 1, {0, 1}, 1)}}});
   EXPECT_EQ(small.weight, (std::vector<float>{0, 0, 1, 1, 0, 0, 1, 1}));
   // Three for four: the second pixel of the photo lies by a third in the black column.
   const std::string wide = exr("w.exr", 4, 4, std::vector<float>(48, 0.5f));
   const std::string third = exr("t.exr", 3, 3, {0, 1, 1, 0, 1, 1, 0, 1, 1}, 1);
-  EXPECT_EQ(read_at_size(wide, 4, 1, {.mask = third}).weight, (std::vector<float>{0, 0, 1, 1}));
+  EXPECT_EQ(read_at_size(wide, 4, 1, {.masks = {{third}}}).weight,
+            (std::vector<float>{0, 0, 1, 1}));
 }
 
 TEST_F(WorkingSize, AClippedPixelIsInsideAllTheSame) {
@@ -205,7 +208,7 @@ TEST_F(WorkingSize, AMaskOfAnotherShapeAndAnEnlargementAreRefused) {
   const std::string photo = exr("a.exr", 6, 4, ramp());
   const std::string mask = exr("mask.exr", 4, 6, std::vector<float>(24, 1.f), 1);
   const std::string text =
-      message_of<FileError>([&] { read_at_size(photo, 3, 2, {.mask = mask}); });
+      message_of<FileError>([&] { read_at_size(photo, 3, 2, {.masks = {{mask}}}); });
   EXPECT_NE(text.find("4 x 6 pixels for a photo of 6 x 4"), std::string::npos) << text;
   EXPECT_NE(message_of<InvalidArgument>([&] { read_at_size(photo, 7, 4); }), "");
   EXPECT_NE(message_of<InvalidArgument>([&] { read_at_size(photo, 0, 4); }), "");

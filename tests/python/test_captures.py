@@ -3,19 +3,32 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
+from selenite.capture import value_kinds  # noqa: E402
+from selenite.capture.capture_property import CaptureProperty  # noqa: E402
 from selenite.capture.captures_file import read_captures_file  # noqa: E402
-from selenite.capture.request import CaptureRequest, with_ids  # noqa: E402
-from selenite.commands import arguments  # noqa: E402
+from selenite.capture.request import (  # noqa: E402
+    PROPERTIES,
+    CaptureRequest,
+    values_from_json,
+    with_ids,
+)
+from selenite.commands import arguments, capture_arguments  # noqa: E402
+from selenite.commands.capture_arguments import add_captures  # noqa: E402
 from selenite.problems import BadInput, Problem  # noqa: E402
+from selenite.scene_read.lens import LensDistortion  # noqa: E402
 
 
 def ids(*captures: tuple[str, str], cameras: tuple[str, ...] = ()) -> list[str]:
@@ -47,6 +60,51 @@ def test_given_ids_stay_and_are_not_given_again() -> None:
 
 def test_a_photo_without_a_camera_has_no_id() -> None:
     assert ids(("", ""), ("Front", "")) == ["", "Front"]
+
+
+def captures_from(
+    *words: str, stored: Sequence[CaptureRequest] = ()
+) -> tuple[tuple[CaptureRequest, ...], list[Problem]]:
+    """Those of a command line about a scene with the cameras Front and Side."""
+    parser = argparse.ArgumentParser()
+    add_captures(parser, "")
+    cameras = [SimpleNamespace(name=name) for name in ("Front", "Side")]
+    problems: list[Problem] = []
+    found = capture_arguments.captures_from(
+        parser.parse_args(words),
+        stored,
+        SimpleNamespace(cameras=cameras, unusable_cameras={}),  # type: ignore[arg-type]
+        problems,
+    )
+    return found, problems
+
+
+def test_options_say_what_photos_do_not(tmp_path: Path) -> None:
+    own = CaptureRequest(
+        "Front", "/a.png", silhouette=3, gain="none", align=False, background="border",
+        response="srgb", distortion=LensDistortion(9, 9, 4, 3),
+    )  # fmt: skip
+    words = (
+        "--silhouette=0", "--gain=rgb", "--align", "--background=0,0,0", "--response=gamma:2",
+        "--undistorted", "--exclude=Front=/c.png",
+    )  # fmt: skip
+    (first, second), problems = captures_from(*words, stored=[own, CaptureRequest("Side", "/b")])
+    assert not problems
+    assert first == replace(own, id="Front", exclude="/c.png")
+    assert second == CaptureRequest(
+        "Side", "/b", id="Side", silhouette=0, gain="rgb", align=True, background="0,0,0",
+        response="gamma:2", distortion=False,
+    )  # fmt: skip
+    (bare,), _ = captures_from("--photo=Side=/b.png", "--response=curve.csv", stored=[own])
+    assert bare == CaptureRequest(
+        "Side", "/b.png", id="Side", response=str(Path("curve.csv").absolute())
+    )
+
+
+def test_an_option_out_of_its_range_is_named() -> None:
+    _, (problem,) = captures_from("--photo=Side=/b.png", "--silhouette=101")
+    assert (problem.object, problem.cause) == ("Argument --silhouette", "it is 101")
+    assert problem.cure == "give a whole number from 0 to 100"
 
 
 def test_a_camera_may_be_given_several_photos() -> None:
@@ -100,6 +158,75 @@ def test_the_error_says_how_a_name_is_quoted(text: str) -> None:
     assert problem.object == f"Argument '{text}'" and '"A=1"=FILE' in problem.cure
 
 
+def _shared(**defaults: object) -> dict[str, object]:
+    captures = [{"camera": name, "photo": f"{name}.png"} for name in ("a", "b")]
+    return {"schema": 1, "captures": captures, "defaults": defaults}
+
+
+def test_captures_share_what_they_do_not_say(tmp_path: Path) -> None:
+    file = tmp_path / "captures.json"
+    content = _shared(camera="Front", response="curve.csv", gain="rgb", align=True, silhouette=2)
+    content["captures"] = [
+        {"photo": "a.png"},
+        {"photo": "b.png", "camera": "Side", "gain": "none", "align": False, "silhouette": None},
+    ]
+    file.write_text(json.dumps(content))
+    first, second = read_captures_file(file)
+    table = str(tmp_path / "curve.csv")
+    assert first == CaptureRequest(
+        "Front", str(tmp_path / "a.png"), response=table, gain="rgb", align=True, silhouette=2
+    )
+    assert second == CaptureRequest(
+        "Side", str(tmp_path / "b.png"), response=table, gain="none", align=False
+    )
+
+
+#: Of each kind a value as a file says it, where it can be a falsy one.
+SAID: dict[type, object] = {
+    value_kinds.Text: "words",
+    value_kinds.File: "/a.png",
+    value_kinds.MaskFile: "/b.png",
+    value_kinds.Response: "gamma:2.2",
+    value_kinds.Whole: 0,
+    value_kinds.Levels: [0.0, 1.0],
+    value_kinds.LampNames: [],
+    value_kinds.LampPlaces: {"Key": [1.0, 2.0, 3.0]},
+    value_kinds.Lens: False,
+}
+
+
+def said(item: CaptureProperty) -> object:
+    """Not the default."""
+    if isinstance(item.kind, value_kinds.Pixels):
+        return [0] * item.kind.count
+    if isinstance(item.kind, value_kinds.Number):
+        return item.kind.lowest
+    if isinstance(item.kind, value_kinds.OneOf):
+        return item.kind.names[0]
+    if isinstance(item.kind, value_kinds.Flag):
+        return item.default is False
+    return SAID[type(item.kind)]
+
+
+def test_every_key_is_read_and_written_as_it_stands() -> None:
+    """Values that are falsy are not left out."""
+    content = {item.name: said(item) for item in PROPERTIES}
+    request = CaptureRequest.from_json(content)
+    assert request.as_json() == content
+    assert CaptureRequest.from_json(json.loads(json.dumps(request.as_json()))) == request
+
+
+@pytest.mark.parametrize("key", [item.name for item in PROPERTIES])
+def test_no_key_takes_a_value_of_another_kind(key: str) -> None:
+    with pytest.raises(ValueError, match=f"^its '{key}' (is|are|holds) "):
+        values_from_json({key: 1j})
+    if key in ("camera", "photo"):
+        with pytest.raises(ValueError, match=f"its '{key}' is None, not text"):
+            values_from_json({key: None})
+    else:
+        assert values_from_json({key: None}) == {}
+
+
 @pytest.mark.parametrize(
     ("content", "cause", "cure"),
     [
@@ -107,6 +234,10 @@ def test_the_error_says_how_a_name_is_quoted(text: str) -> None:
         ({"schema": 2}, "its schema is 2, this version reads 1", "begin it with 'schema': 1"),
         ({"schema": 1, "captures": {}}, "its 'captures' are no list", "list one object"),
         ({"schema": 1, "captures": [{}], "gain": "rgb"}, "its key 'gain' belongs into its", "each"),
+        ({"schema": 1, "captures": [{}], "defaults": 3}, "they are 3, not an object", "keys of"),
+        (_shared(photo="a.png"), "its key 'photo' differs from capture to capture", "each"),
+        (_shared(gain="all"), "its 'gain' is 'all', not one of none, scalar, rgb", "correct it"),
+        (_shared(gian="rgb"), "its key 'gian' is not known; did you mean 'gain'?", "correct it"),
         ({"schema": 1, "capture": [{}]}, "its key 'capture' is not known", "'captures'?"),
     ],
 )
@@ -119,5 +250,5 @@ def test_a_file_of_captures_says_what_is_wrong(
     with pytest.raises(BadInput) as error:
         read_captures_file(file)
     (problem,) = error.value.problems
-    assert problem.object == f"Captures '{file}'"
+    assert problem.object in (f"Captures '{file}'", f"Captures '{file}', defaults")
     assert problem.cause.startswith(cause) and cure in problem.cure

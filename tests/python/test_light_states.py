@@ -218,6 +218,16 @@ def table(folder: Path, text: str, **capture: Any) -> CaptureRequest:  # noqa: A
     return read_captures_file(file)[0]
 
 
+def test_captures_may_share_a_table(tmp_path: Path) -> None:
+    (tmp_path / "lamps.csv").write_text("photo,lamp,x,y,z\na,Key,1,2,3\nb,Key,4,5,6\n")
+    captures = [{"photo": "a.png"}, {"photo": "b.png"}, {"photo": "c.png", "transforms": {}}]
+    defaults = {"camera": "Front", "transforms": "lamps.csv"}
+    file = tmp_path / "captures.json"
+    file.write_text(json.dumps({"schema": 1, "captures": captures, "defaults": defaults}))
+    found = [item.transforms for item in read_captures_file(file)]
+    assert found == [(("Key", (1.0, 2.0, 3.0)),), (("Key", (4.0, 5.0, 6.0)),), ()]
+
+
 def test_a_table_gives_places_by_id_or_file_name(tmp_path: Path) -> None:
     places = "photo,lamp,x,y,z\na,Key,1,2,3\nb,Key,4,5,6\na,Fill,7,8,9\n"
     expected = (("Key", (1.0, 2.0, 3.0)), ("Fill", (7.0, 8.0, 9.0)))

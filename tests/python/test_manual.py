@@ -15,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 GUIDE = ROOT / "docs" / "guide"
 sys.path.insert(0, str(ROOT / "devtools"))
 
+import capture_page  # noqa: E402
 import command_page  # noqa: E402
 import parameter_page  # noqa: E402
 
@@ -25,6 +26,13 @@ def test_page_of_parameters_is_the_native_table() -> None:
     expected = parameter_page.page(_core.parameters())
     assert parameter_page.PAGE.read_text(encoding="utf-8") == expected, (
         "docs/guide/parameters.md is out of date: python devtools/parameter_page.py"
+    )
+
+
+def test_table_of_captures_is_that_of_their_declaration() -> None:
+    text = capture_page.PAGE.read_text(encoding="utf-8")
+    assert capture_page.page(text) == text, (
+        "docs/guide/captures.md is out of date: python devtools/capture_page.py"
     )
 
 

@@ -168,7 +168,7 @@ def test_the_type_of_a_module_has_all_its_names(name: str) -> None:
 def test_the_keys_of_dicts_are_those_of_the_module(tmp_path: Path) -> None:
     core, image, picture = native.core(), native.image(), tmp_path / "grey.png"
     image.write_png(picture, np.full((2, 3, 3), 0.5, np.float32))
-    reference, _, _, photo, mask = image.read_at_size(picture, 1, 1, picture)
+    reference, _, _, photo, masks = image.read_at_size(picture, 1, 1, masks=[(picture, "black")])
     assert reference.shape == (1, 1, 3)
     given = {
         "ParameterRow": [*core.parameters(), *core.closures()["diffuse"]],
@@ -179,7 +179,7 @@ def test_the_keys_of_dicts_are_those_of_the_module(tmp_path: Path) -> None:
         "PictureInfo": [image.probe(picture)],
         "ReadInfo": [image.read(picture)[2]],
         "PhotoInfo": [photo],
-        "CountedInfo": [mask],
+        "CountedInfo": masks,
     }
     for name, dicts in given.items():
         shapes = SHAPES["_core"] | SHAPES["_image"]

@@ -13,8 +13,11 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
+from selenite.capture.request import CaptureRequest  # noqa: E402
 from selenite.fit import checkpoint, old_names  # noqa: E402
+from selenite.fit.request import RunRequest  # noqa: E402
 from selenite.problems import BadInput  # noqa: E402
+from selenite.scene_read.lens import LensDistortion  # noqa: E402
 
 #: As version 0.1.0 wrote it before photos had ids.
 RUN: dict[str, Any] = {
@@ -27,6 +30,43 @@ RUN: dict[str, Any] = {
     "stages": [],
     "staging": "",
 }
+
+
+#: Every key of a capture, as version 0.1.0 wrote it.
+CAPTURE: dict[str, Any] = {
+    "camera": "Front",
+    "photo": "/a.png",
+    "mask": "/b.png",
+    "id": "morning",
+    "gain": "rgb",
+    "lights": ["Key"],
+    "world": False,
+    "transforms": {"Key": [[1.0, 0, 0, 2], [0, 1, 0, 3], [0, 0, 1, 4], [0, 0, 0, 1]]},
+    "frame": 12,
+    "response": "gamma:2.2",
+    "size": [400, 600],
+    "crop": [10, 20, 300, 500],
+    "distortion": {"fx": 9.0, "fy": 8.0, "cx": 4.0, "cy": 3.0, "k1": 0.1},
+    "align": True,
+    "pixel_aspect": 1.5,
+    "clip": [0.02, 0.98],
+    "silhouette": 1,
+    "background": "border:0.1",
+    "exclude": "/c.png",
+    "hold_out": True,
+}
+
+
+def test_a_capture_of_an_earlier_version_is_read() -> None:
+    (found,) = RunRequest.from_json(RUN | {"captures": [CAPTURE]}).captures
+    matrix = (1, 0, 0, 2, 0, 1, 0, 3, 0, 0, 1, 4, 0, 0, 0, 1)
+    assert found == CaptureRequest(
+        "Front", "/a.png", "/b.png", id="morning", gain="rgb", lights=("Key",), world=False,
+        transforms=(("Key", matrix),), frame=12, response="gamma:2.2", size=(400, 600),
+        crop=(10, 20, 300, 500), distortion=LensDistortion(9, 8, 4, 3, k1=0.1), align=True,
+        pixel_aspect=1.5, clip=(0.02, 0.98), silhouette=1, background="border:0.1",
+        exclude="/c.png", hold_out=True,
+    )  # fmt: skip
 
 
 def test_an_unfinished_run_of_an_earlier_version_is_refused(tmp_path: Path) -> None:

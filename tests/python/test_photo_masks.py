@@ -58,6 +58,16 @@ def counted(path: str, **asked: object) -> np.ndarray:
     return found.weight > 0
 
 
+def test_a_photo_says_what_a_fit_finds_of_it(tmp_path: Path) -> None:
+    (plain,), _ = read_all(photo(tmp_path))
+    (free,), _ = read_all(photo(tmp_path), gain="rgb", align=True)
+    assert (plain.free_gain, plain.align, dict(plain.of_fit)) == ("none", False, {})
+    assert (free.free_gain, free.align) == ("rgb", True)
+    (other,), _ = read_all(photo(tmp_path), gain="none", align=False)
+    assert free.native().id == plain.native().id  # the native Photo takes all that it says
+    assert (other.free_gain, other.align) == ("none", False)
+
+
 def without_rim(inside: np.ndarray) -> np.ndarray:
     """Pixels all of whose 8 neighbours are inside, by its own words."""
     out = inside.copy()

@@ -85,7 +85,8 @@ def test_other_light_is_no_turntable(
 def aligned(*shifts: tuple[float, float, float]) -> tuple[list[Capture], Any]:
     """Photos of 40 x 30 pixels and what the native fit says of their shifts."""
     blank = np.zeros((30, 40, 3), np.float32)
-    one = Capture("", "Front", "", (40, 30), blank, blank[..., 0] + 1, 4 / 3, align=True)
+    ones, aligned = blank[..., 0] + 1, {"align": True}
+    one = Capture("", "Front", "", (40, 30), blank, ones, 4 / 3, of_fit=aligned)
     captures = [replace(one, id=f"{index}") for index in range(len(shifts))]
     rows = {item.id: {"shift": shift} for item, shift in zip(captures, shifts, strict=True)}
     fit = made_fit({"captures": rows})

@@ -8,10 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import native
-
-BORDER = "border"
-#: Largest difference in a channel, in sRGB code values from 0 to 1.
-TOLERANCE = 0.05
+from .value_kinds import BORDER, TOLERANCE
 
 
 @dataclass(frozen=True)

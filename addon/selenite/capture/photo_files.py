@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from .. import native
 from ..problems import Problem, native_problems
-from .request import PACKED
+from .value_kinds import PACKED
 
 if TYPE_CHECKING:
     from .._image import PictureInfo

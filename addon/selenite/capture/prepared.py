@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias, TypedDict
@@ -62,8 +63,7 @@ class Capture:
     """A photo and its camera: reference (h, w, 3) float32 linear, weight (h, w) float32 in [0, 1];
     photo_size is (width, height) of the file. aspect: width / height of all that the camera takes;
     that of the reference is only near it, for its width is a whole number. id: see CaptureRequest.
-    align: whether the fit finds a small shift and roll of it.
-    free_gain: what the fit finds of a factor on `gain`, one of GAINS.
+    of_fit: what a fit finds of it, see CaptureRequest.of_fit.
     window: what the photo shows of what the camera takes, left, top, right, bottom in [0, 1].
     gain: factor on what the camera renders, (r, g, b).
     alignment: of its camera, in pixels of the reference to the right and down, and radians about
@@ -82,13 +82,22 @@ class Capture:
     weight: np.ndarray
     aspect: float
     gain: Gain = (1.0, 1.0, 1.0)
-    free_gain: str = "none"
-    align: bool = False
+    of_fit: Mapping[str, object] = field(default_factory=dict)
     lights: LightState = field(default_factory=AS_IN_SCENE.copy)
     warnings: tuple[str, ...] = ()
     window: tuple[float, float, float, float] = WHOLE
     isolated: float = 0.0
     alignment: Alignment = UNALIGNED
+
+    @property
+    def free_gain(self) -> str:
+        """What the fit finds of a factor on `gain`, one of GAINS."""
+        return str(self.of_fit.get("free_gain", "none"))
+
+    @property
+    def align(self) -> bool:
+        """Whether the fit finds a small shift and roll of it."""
+        return bool(self.of_fit.get("align"))
 
     @property
     def frame(self) -> Frame:
@@ -119,8 +128,9 @@ class Capture:
     def native(self) -> Photo:
         """With its pixels: what a fit compares with."""
         return native.core().Photo(
-            self.camera, self.reference, self.weight, free_gain=self.free_gain, align=self.align,
+            self.camera, self.reference, self.weight,
             frame=self.frame, alignment=self.alignment, **self._taken(),
+            **self.of_fit,  # type: ignore[arg-type]
         )  # fmt: skip
 
     def view(self, size: tuple[int, int] | None = None, *, of_file: bool = True) -> Photo:
@@ -236,9 +246,9 @@ def without_photo(scene: SceneValues, requests: Sequence[CaptureRequest]) -> str
     return f"{len(names)} of {len(scene.cameras)} cameras have no photo: {first}{rest}"
 
 
-#: Reference, weight, inside, and what is known of photo and mask; or why there is none.
+#: Reference, weight, inside, and what is known of photo and masks; or why there is none.
 _Decoded: TypeAlias = (
-    "tuple[np.ndarray, np.ndarray, np.ndarray, PhotoInfo, CountedInfo | None] | Problem"
+    "tuple[np.ndarray, np.ndarray, np.ndarray, PhotoInfo, list[CountedInfo]] | Problem"
 )
 
 
@@ -260,33 +270,22 @@ class _Opened:
 
     def decode(self, packed: Mapping[str, bytes]) -> _Decoded:
         """Its pixels at the working size; may run beside others."""
-        request = self.request
-        titles = _titles(request)
-        paths = dict.fromkeys(titles, "")
+        request, paths = self.request, dict[str, str]()
         try:
-            with (
-                as_file(request.photo, packed) as path,
-                as_file(request.mask, packed) as paths[titles[1]],
-                as_file(request.exclude, packed) as paths[titles[2]],
-            ):
+            with ExitStack() as files:
+                path = files.enter_context(as_file(request.photo, packed))
+                masks = []
+                for title, (name, left_out) in request.masks().items():
+                    paths[title] = files.enter_context(as_file(name, packed))
+                    masks.append((paths[title], left_out))
                 found: _Decoded = native.image().read_at_size(
-                    path, *self.working_size, paths[titles[1]] or None,
-                    exclude=paths[titles[2]] or None, response=self.response,
+                    path, *self.working_size, masks=masks, response=self.response,
                     counted=request.clip, corners=self.corners, within=self.silhouette,
                 )  # fmt: skip
         except (OSError, ValueError, MemoryError) as error:
-            named = (n for n, file in paths.items() if file and str(error).startswith(f"'{file}'"))
-            return unreadable(next(named, titles[0]), error)
+            named = (name for name, file in paths.items() if str(error).startswith(f"'{file}'"))
+            return unreadable(next(named, thing("Photo", request.photo)), error)
         return found
-
-
-def _titles(request: CaptureRequest) -> tuple[str, str, str]:
-    """What photo, mask and exclude are called in messages."""
-    return (
-        thing("Photo", request.photo),
-        thing("Mask", request.mask),
-        thing("Exclude", request.exclude),
-    )
 
 
 def _open(
@@ -298,13 +297,12 @@ def _open(
     problems: list[Problem],
     packed: Mapping[str, bytes],
 ) -> _Opened | None:
-    title, mask_title, exclude_title = _titles(request)
+    title = thing("Photo", request.photo)
     info = header(title, request.photo, problems, packed, as_linear=True)
     response = read_response(request.response, problems)
     masks = {
         name: header(name, file, problems, packed, as_linear=False)
-        for name, file in ((mask_title, request.mask), (exclude_title, request.exclude))
-        if file
+        for name, (file, _) in request.masks().items()
     }
     background_of(request, problems)
     if info is None:
@@ -343,22 +341,22 @@ def _finish(
     warnings: list[str],
 ) -> Capture | None:
     request, window, remarks = opened.request, opened.window, list(opened.remarks)
-    title, mask_title, _ = _titles(request)
+    title = thing("Photo", request.photo)
     if isinstance(decoded, Problem):
         problems.append(decoded)
         return None
-    reference, weight, inside, info, mask = decoded
+    reference, weight, inside, info, masks = decoded
     if not (weight > 0).any():
         cause = f"no pixel of it can be used ({_reasons(info['counts'])})"
         problems.append(Problem(title, cause, "give a better exposed photo or another mask"))
         return None
     remarks += [remark(title, text) for text in info["warnings"]]
-    if mask is not None:
-        remarks += [remark(mask_title, text) for text in mask["warnings"]]
+    for name, mask in zip(request.masks(), masks, strict=True):
+        remarks += [remark(name, text) for text in mask["warnings"]]
     capture = Capture(
         request.id, opened.camera.name, request.photo, opened.size, reference, weight,
-        window.aspect, window=window.fractions, free_gain=request.gain or "none",
-        align=bool(request.align), isolated=info["isolated"],
+        window.aspect, window=window.fractions, of_fit=request.of_fit(),
+        isolated=info["isolated"],
     )  # fmt: skip
     weight = masked(request, reference, weight, inside, opened.silhouette, problems, remarks)
     if problems:

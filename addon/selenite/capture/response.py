@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..paths import why_not_file
 from ..problems import Problem
-from .request import AUTO_RESPONSE, GAMMA, RESPONSES
+from .value_kinds import AUTO_RESPONSE, EXPONENTS, GAMMA, RESPONSES
 
 #: What the native reader takes: a name, an exponent, or rows (code value, red, green, blue).
 NativeResponse = str | float | list[tuple[float, float, float, float]]
@@ -42,7 +42,7 @@ def _exponent(text: str) -> float:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not 0.1 <= value <= 10:
+    if not EXPONENTS[0] <= value <= EXPONENTS[1]:
         raise ValueError(f"its exponent '{text}' is no number in [0.1, 10]")
     return value
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from pathlib import PurePath
-from typing import Any
 
 import bpy
 
@@ -12,8 +11,9 @@ from ..messages import thing
 from ..problems import Problem
 from ..scene_read import hosts
 from ..scene_read.camera import named_cameras
-from .panel_rows import photo_fields
-from .request import PACKED, CaptureRequest, with_ids
+from .panel_rows import values_of_row
+from .request import CaptureRequest, with_ids
+from .value_kinds import PACKED
 
 #: Differences in placement that nobody sees, and of shapes that are the same but for rounding.
 _STILL, _SAME_SHAPE = 1e-4, 0.01
@@ -84,9 +84,7 @@ def _of_row(row: bpy.types.PropertyGroup, names: dict[bpy.types.Object, str]) ->
     return CaptureRequest(
         camera=_name(row, names),
         photo=photo_name(row.photo) if row.photo is not None else "",
-        mask=bpy.path.abspath(row.mask_path),
-        **photo_fields(row.how),
-        **_light_state(row.lights),
+        **values_of_row(row),  # type: ignore[arg-type]
     )
 
 
@@ -98,21 +96,6 @@ def ids_of(scene: bpy.types.Scene) -> list[str]:
     requests = (CaptureRequest(name, "") for name in used if name)
     found = iter(with_ids(requests, names.values()))
     return [next(found).id if name else "" for name in used]
-
-
-def _light_state(lights: bpy.types.PropertyGroup) -> dict[str, Any]:
-    """Fields of a request. A lamp or collection that is not chosen is a lamp without a name, which
-    `capture.light_states` refuses."""
-    lamps: tuple[str, ...] | None = None
-    if lights.mode == "LAMP":
-        lamps = (lights.lamp.name if lights.lamp is not None else "",)
-    elif lights.mode == "COLLECTION":
-        chosen = lights.collection.all_objects if lights.collection is not None else None
-        lamps = ("",) if chosen is None else tuple(x.name for x in chosen if x.type == "LIGHT")
-    elif lights.mode == "NONE":
-        lamps = ()
-    frame = lights.frame if lights.use_frame else None
-    return {"lights": lamps, "world": lights.world, "frame": frame}
 
 
 def _name(row: bpy.types.PropertyGroup, names: dict[bpy.types.Object, str]) -> str:

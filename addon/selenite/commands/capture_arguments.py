@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..capture.request import AUTO_RESPONSE, GAINS, MOST_ERODED, CaptureRequest, with_ids
+from ..capture.capture_property import CaptureProperty
+from ..capture.request import PROPERTIES, CaptureRequest, with_ids
+from ..capture.value_kinds import OneOf, Whole
 from ..paths import absolute
 from ..problems import BadInput, Problem, meant
 
@@ -17,33 +19,54 @@ if TYPE_CHECKING:
 
     from ..scene_read.values import SceneValues
 
+_OPTIONS = tuple(item for item in PROPERTIES if item.option is not None)
+_OF_PHOTOS = tuple(item for item in _OPTIONS if item.option is not None and item.option.of_photo)
+_OF_ALL = tuple(item for item in _OPTIONS if item not in _OF_PHOTOS)
+_SILHOUETTE = next(item for item in PROPERTIES if item.name == "silhouette")
+
 
 def add_captures(parser: argparse._ActionsContainer, photo: str) -> None:
     """--photo with its help, and how photos were taken."""
-    many = {"action": "append", "default": []}
     more = "may be given several times, for one camera too: its photos are CAMERA, CAMERA#2, ..."
+    many = {"action": "append", "default": []}
     parser.add_argument("--photo", **many, metavar="CAMERA=FILE", help=f"{more}; {photo}")
-    mask = "black pixels of it do not count; PHOTO: the camera's name, or CAMERA#2 for its second"
-    parser.add_argument("--mask", **many, metavar="PHOTO=FILE", help=mask)
-    exclude = "white pixels of it do not count"
-    parser.add_argument("--exclude", **many, metavar="PHOTO=FILE", help=exclude)
-    silhouette = "only what the camera sees of the fitted objects counts, N pixels off its rim"
-    parser.add_argument("--silhouette", type=int, metavar="N", help=silhouette)
-    background = "border (what joins it in one colour) or R,G,B; with a tolerance: border:0.1"
-    parser.add_argument("--background", metavar="WHAT", help=f"it does not count: {background}")
-    response = "how code values became of light: auto, srgb, linear, gamma:2.2, or a table"
-    parser.add_argument("--response", metavar="NAME|FILE.csv", help=response)
-    undistorted = "the photos are free of the distortion that an import has kept with their cameras"
-    parser.add_argument("--undistorted", action="store_true", help=undistorted)
     parser.add_argument("--captures", metavar="FILE.json", help="photos and how they were taken")
-    gain = "factor on the render that the fit finds for each photo; default: none"
-    parser.add_argument("--gain", choices=GAINS, help=gain)
-    parser.add_argument(
-        "--align",
-        action="store_true",
-        default=None,
-        help="find a shift and roll of each photo within 4 pixels",
-    )
+    for item in _OPTIONS:
+        _add(parser, item)
+
+
+def _add(parser: argparse._ActionsContainer, item: CaptureProperty) -> None:
+    option = item.option
+    assert option is not None  # noqa: S101 - see `_OPTIONS`
+    text = option.help or item.help
+    text = f"{text[0].lower()}{text[1:]}{option.more}"
+    name, words = item.flag, {"help": text, "metavar": option.metavar}
+    if option.of_photo:
+        parser.add_argument(name, action="append", default=[], **words)
+    elif option.value is not None:
+        parser.add_argument(name, action="store_const", const=option.value, help=text)
+    elif isinstance(item.kind, OneOf):
+        parser.add_argument(name, choices=item.kind.names, **words)
+    else:
+        parser.add_argument(name, type=item.kind.parsed_as, **words)
+
+
+def names_photos(args: argparse.Namespace) -> bool:
+    """Whether an option names a photo, or says something of one."""
+    return bool(args.captures or args.photo or any(getattr(args, x.argument) for x in _OF_PHOTOS))
+
+
+def given_for_captures(args: argparse.Namespace) -> list[str]:
+    """Those of the arguments of `add_captures` that are given."""
+    names = ("photo", "captures", *(item.argument for item in _OPTIONS))
+    return [name for name in names if getattr(args, name) not in (None, [])]
+
+
+def take_captures(args: argparse.Namespace, file: str) -> None:
+    """Has the captures of a file alone, which says what the options did."""
+    args.photo, args.captures = [], file
+    for item in _OPTIONS:
+        setattr(args, item.argument, [] if item in _OF_PHOTOS else None)
 
 
 def stored_captures(
@@ -63,9 +86,9 @@ def captures_from(
     values: SceneValues,
     problems: list[Problem],
 ) -> tuple[CaptureRequest, ...]:
-    """--captures, --photo, or else what is stored; --mask and --exclude add to any, by the id of a
-    photo. The others are those of photos that do not say. Raises BadInput with all of `problems`
-    where the file of --captures cannot be read: nothing that follows would make sense."""
+    """--captures, --photo, or else what is stored; options of one photo add to any, by its id. The
+    others are those of photos that do not say. Raises BadInput with all of `problems` where the
+    file of --captures cannot be read: nothing that follows would make sense."""
     from ..capture.captures_file import read_captures_file  # not for --help, as it needs numpy
     from . import arguments
 
@@ -81,34 +104,41 @@ def captures_from(
     cameras = [*(camera.name for camera in values.cameras), *values.unusable_cameras]
     given = [CaptureRequest(*pair) for pair in arguments.files(args.photo, problems, cameras)]
     captures = with_ids(given or stored, (camera.name for camera in values.cameras))
-    if args.undistorted:
+    for item in _OF_PHOTOS:
+        files = _by_photo(getattr(args, item.argument), captures, problems)
         captures = tuple(
-            item if item.distortion else replace(item, distortion=False) for item in captures
+            replace(capture, **{item.name: files.get(capture.id, getattr(capture, item.name))})
+            for capture in captures
         )
-    masks = _masks(args.mask, captures, problems)
-    excluded = _masks(args.exclude, captures, problems)
-    if args.silhouette is not None and not 0 <= args.silhouette <= MOST_ERODED:
-        cure = f"give a number of pixels from 0 to {MOST_ERODED}"
-        problems.append(Problem("Argument --silhouette", f"it is {args.silhouette}", cure))
-    response = args.response or AUTO_RESPONSE
-    if CaptureRequest("", "", response=response).response_file:
-        response = str(absolute(response))
-    return tuple(
-        replace(
-            item,
-            mask=masks.get(item.id, item.mask),
-            exclude=excluded.get(item.id, item.exclude),
-            gain=item.gain or args.gain or "",
-            align=item.align if item.align is not None else args.align,
-            silhouette=item.silhouette if item.silhouette is not None else args.silhouette,
-            background=item.background or args.background or "",
-            response=response if item.response == AUTO_RESPONSE else item.response,
+    for item in _OF_ALL:
+        value = getattr(args, item.argument)
+        if value is None:
+            continue
+        check_range(item, value, problems)
+        value = item.kind.moved(value, lambda name: str(absolute(name)))
+        captures = tuple(
+            replace(capture, **{item.name: value}) if capture.leaves_out(item) else capture
+            for capture in captures
         )
-        for item in captures
-    )
+    return captures
 
 
-def _masks(
+def check_silhouette(value: int | None, problems: list[Problem]) -> None:
+    """Of another command than those of `add_captures`."""
+    if value is not None:
+        check_range(_SILHOUETTE, value, problems)
+
+
+def check_range(item: CaptureProperty, value: object, problems: list[Problem]) -> None:
+    """What argparse has not checked."""
+    limits = item.kind.limits()
+    if limits and isinstance(value, (int, float)) and not limits["min"] <= value <= limits["max"]:
+        what = "whole number" if isinstance(item.kind, Whole) else "number"
+        cure = f"give a {what} from {limits['min']} to {limits['max']}"
+        problems.append(Problem(f"Argument {item.flag}", f"it is {value}", cure))
+
+
+def _by_photo(
     texts: Sequence[str], captures: Sequence[CaptureRequest], problems: list[Problem]
 ) -> dict[str, str]:
     """Files of --mask or --exclude by the id of a photo."""

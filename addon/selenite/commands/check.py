@@ -12,12 +12,13 @@ from .. import mean_free_path
 from ..capture import light_states
 from ..capture.light_states import described
 from ..capture.prepared import read_captures
-from ..capture.request import PACKED, CaptureRequest, with_ids
+from ..capture.request import CaptureRequest, with_ids
+from ..capture.value_kinds import PACKED
 from ..fit.plan import build_scene, paths_traced
 from ..fit.unknowns import USUAL, usual_requests
 from ..problems import BadInput, Problem, listed
 from ..scene_read.values import Owner, SceneValues
-from .capture_arguments import captures_from, stored_captures
+from .capture_arguments import captures_from, names_photos, stored_captures
 from .grouping import grouped
 from .scene import open_scene, reading_of
 from .terminal import say
@@ -48,7 +49,7 @@ def run(args: argparse.Namespace) -> dict[str, object]:
     warnings = list(values.warnings)
     remarks_of: dict[str, list[str]] = {}
     lights_of: dict[str, str] = {}
-    asked_for = args.captures or args.photo or args.mask or args.exclude
+    asked_for = names_photos(args)
     gone = [] if asked_for else [item for item in captures if _is_gone(item)]
     present = [item for item in captures if item not in gone]
     photo_problems: list[Problem] = []

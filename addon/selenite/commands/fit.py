@@ -31,7 +31,7 @@ from ..report.results import new_folder, size_of
 from ..scene_read.options import options_of
 from ..scene_read.values import SceneValues
 from . import arguments
-from .capture_arguments import captures_from, stored_captures
+from .capture_arguments import captures_from, given_for_captures, stored_captures
 from .environment_arguments import with_environment
 from .fit_results import FitReport, deliver
 from .fitted import models
@@ -159,14 +159,13 @@ def _choose_stages(plan: FitPlan, plan_of: Callable[[RunRequest], FitPlan]) -> F
 def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     """What an unfinished run asked for, and the results of what it has done."""
     others = (
-        "fit", "photo", "captures", "mask", "exclude", "silhouette", "background", "response",
-        "gain", "align", "start", "bounds", "grid", "unseen",
+        "fit", "start", "bounds", "grid", "unseen",
         "environment", "environment_size", "environment_projection", "preset", "stages", *_SETTINGS,
     )  # fmt: skip
-    for name in others:
-        if name != "threads" and getattr(args, name):
-            cause, cure = "the run has its own", "leave it out, or start a new run"
-            problems.append(Problem(f"Argument --{name.replace('_', '-')}", cause, cure))
+    given = [name for name in others if name != "threads" and getattr(args, name)]
+    for name in [*given_for_captures(args), *given]:
+        cause, cure = "the run has its own", "leave it out, or start a new run"
+        problems.append(Problem(f"Argument --{name.replace('_', '-')}", cause, cure))
     run = load(absolute(args.resume))
     request = replace(
         run.request,

@@ -11,10 +11,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..capture.request import MOST_ERODED, PACKED
+from ..capture.value_kinds import PACKED
 from ..paths import absolute, is_folder
 from ..problems import Problem
 from .arguments import input_file, output_file, stop_if
+from .capture_arguments import check_silhouette
 from .grouping import grouped
 from .terminal import bar, say, say_saved
 
@@ -72,9 +73,7 @@ def _request(args: argparse.Namespace, problems: list[Problem]) -> ImportRequest
         distance = (first, second, _length("--scale-points", text, problems))
     if args.scale is not None:
         _length("--scale", args.scale, problems)
-    if args.silhouette is not None and not 0 <= args.silhouette <= MOST_ERODED:
-        cure = f"give a number of pixels from 0 to {MOST_ERODED}"
-        problems.append(Problem("Argument --silhouette", f"it is {args.silhouette}", cure))
+    check_silhouette(args.silhouette, problems)
     given: dict[str, object] = {
         "cameras": _source(args.cameras, problems) if args.cameras is not None else None,
         "photos": _folder("--photos", args.photos, problems),

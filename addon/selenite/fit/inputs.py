@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import __version__
-from ..capture.request import PACKED
+from ..capture.value_kinds import PACKED
 from ..messages import thing
 from ..paths import why_not_file
 from ..problems import Problem

@@ -12,8 +12,9 @@ import numpy as np
 from .. import native
 from ..capture import light_states, suspicion
 from ..capture.prepared import Capture, read_captures
-from ..capture.request import PACKED, CaptureRequest, with_ids
+from ..capture.request import CaptureRequest, with_ids
 from ..capture.silhouette import Silhouettes
+from ..capture.value_kinds import PACKED
 from ..messages import remark, thing
 from ..paths import MISSING, why_not_file
 from ..problems import BadInput, Problem, refused

@@ -7,7 +7,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from .. import __version__
-from ..capture.request import LARGEST, CaptureRequest
+from ..capture.request import CaptureRequest
+from ..capture.value_kinds import LARGEST
 from ..json_text import read_json
 from ..messages import thing
 from ..parameters import Values

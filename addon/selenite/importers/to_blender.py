@@ -9,15 +9,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import bpy
 import mathutils
 import numpy as np
 
+from ..capture.panel_rows import write_row
 from ..scene_read.camera_lens import keep_lens
-from ..scene_read.lens import CameraLens, LensDistortion
+from ..scene_read.lens import CameraLens
 from .blender_material import Images, Materials
 from .blender_mesh import new_mesh
 from .lens import SENSOR
@@ -216,21 +217,13 @@ def _add_row(
 ) -> None:
     """The capture, whose photo becomes the camera's background image; see interface.properties."""
     capture = camera.capture
-    assert capture is not None and capture.size is not None  # noqa: S101 - see `create`
+    assert capture is not None  # noqa: S101 - see `_create`
     settings = scene.selenite
     row = settings.captures.add()
     row.camera = item
     row.photo = images.load(Path(capture.photo))
-    row.mask_path = capture.mask
-    how = row.how
-    how.use_size, how.size = True, capture.size
     of_scene = scene.render.pixel_aspect_x / scene.render.pixel_aspect_y
-    if capture.pixel_aspect is not None and not np.isclose(capture.pixel_aspect, of_scene, 1e-7, 0):
-        how.use_pixel_aspect, how.pixel_aspect = True, capture.pixel_aspect
-    if isinstance(capture.distortion, LensDistortion):
-        how.use_distortion = True
-        for name in LensDistortion.__dataclass_fields__:
-            setattr(how, name, getattr(capture.distortion, name))
-    if capture.silhouette is not None:
-        how.use_silhouette, how.silhouette = True, capture.silhouette
+    if capture.pixel_aspect is not None and np.isclose(capture.pixel_aspect, of_scene, 1e-7, 0):
+        capture = replace(capture, pixel_aspect=None)
+    write_row(row, capture)
     settings.active_capture = len(settings.captures) - 1

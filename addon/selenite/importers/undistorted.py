@@ -91,7 +91,11 @@ def _written(
     corners = corners_of(camera.intrinsics, (width, height))
     image = native.image()
     pixels, _, inside, _, _ = image.read_at_size(
-        capture.photo, width, height, capture.mask or None, corners=corners
+        capture.photo,
+        width,
+        height,
+        masks=[(capture.mask, "black")] if capture.mask else [],
+        corners=corners,
     )
     photo = folder / f"{stem}.{'exr' if info['float'] else 'png'}"
     mask = folder / f"{stem}_mask.png"

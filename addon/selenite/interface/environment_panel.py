@@ -27,7 +27,7 @@ from .pictures import images
 from .progress.background import draw_work
 from .state import RUN, SPOTS
 from .texts import announce, translated
-from .ticking import CancelsWork, WorksInThread, redraw
+from .ticking import WorksInThread, redraw
 
 if TYPE_CHECKING:
     from ..scene_read.hosts import BpyStruct
@@ -107,7 +107,7 @@ class SELENITE_PT_environment(bpy.types.Panel):
             if image is not None and image.preview is not None:
                 self.layout.template_icon(icon_value=image.preview.icon_id, scale=8.0)
         rotate_environment.draw(self.layout, context)
-        if not draw_work(self.layout, SPOTS, "selenite.cancel_lamps"):
+        if not draw_work(self.layout, SPOTS):
             self.layout.operator("selenite.lamps_from_environment", icon="LIGHT_SUN")
 
 
@@ -160,14 +160,6 @@ class SELENITE_OT_lamps_from_environment(WorksInThread):
         return {"FINISHED"}
 
 
-class SELENITE_OT_cancel_lamps(CancelsWork):
-    """Stop; nothing is changed"""
-
-    bl_idname = "selenite.cancel_lamps"
-    bl_label = "Cancel"
-    background = SPOTS
-
-
 def _tick() -> float | None:
     running = update()
     redraw(bpy.context)
@@ -176,6 +168,5 @@ def _tick() -> float | None:
 
 CLASSES = (
     SELENITE_OT_lamps_from_environment,
-    SELENITE_OT_cancel_lamps,
     SELENITE_PT_environment,
 )

@@ -158,7 +158,7 @@ class SELENITE_PT_fit(bpy.types.Panel):
         field(column, settings, "stage_mode")
         if step != "selenite.start":
             layout.operator("selenite.start", icon="PLAY")
-        if not draw_work(layout, state.ESTIMATE, "selenite.cancel_estimate"):
+        if not draw_work(layout, state.ESTIMATE):
             layout.operator("selenite.estimate", icon="TIME")
         for line in state.EXPECTED.get(context.scene.name, ()):
             paragraph(layout, context, line)

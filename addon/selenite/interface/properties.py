@@ -17,6 +17,7 @@ from bpy.props import (
 from .. import native
 from ..fit.settings import PRESETS, FitSettings
 from ..scene_read import hosts
+from .captures.controls import properties_of_group
 from .captures.lights import SeleniteCaptureLights
 from .captures.photo import SeleniteCapturePhoto
 from .furniture.preset_items import PRESET_ITEMS
@@ -127,13 +128,7 @@ class SeleniteCapture(bpy.types.PropertyGroup):
     photo: PointerProperty(
         name="Photo", type=bpy.types.Image, update=_show_photo, description="Photo of this camera"
     )
-    mask_path: StringProperty(
-        name="Mask",
-        subtype="FILE_PATH",
-        options=hosts.path_options(),
-        description="Picture whose black pixels do not count",
-    )
-    # See capture_photo and capture_lights.
+    mask_path: properties_of_group("")["mask_path"]
     how: PointerProperty(type=SeleniteCapturePhoto)
     lights: PointerProperty(type=SeleniteCaptureLights)
 

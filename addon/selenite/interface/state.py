@@ -204,6 +204,12 @@ class Check:
         """What the last one has found is no longer about the result."""
         self.message, self.lines, self.sheet = "", [], None
 
+    def cancel(self) -> None:
+        """The other process ends at once; the scene was never touched."""
+        if self.job is not None:
+            self.stop()
+            self.message = "Check cancelled"
+
     def stop(self) -> None:
         """Ends the other process and forgets the job."""
         if self.job is not None:

@@ -197,22 +197,6 @@ class WorksInThread(ReadsScene, bpy.types.Operator):
         return {"CANCELLED"}
 
 
-class CancelsWork(bpy.types.Operator):
-    """Base of an operator that ends such work."""
-
-    background: Background
-
-    @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        """It is running."""
-        return cls.background.job is not None
-
-    def execute(self, _context: bpy.types.Context) -> set[str]:
-        """The operator that waits for the thread sees that."""
-        self.background.cancel()
-        return {"FINISHED"}
-
-
 #: What the status bar shows; the sidebars are drawn again only when it changes.
 _SHOWN: list[str] = [""]
 _BLOCKS = 20

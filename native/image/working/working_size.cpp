@@ -215,17 +215,11 @@ void report_isolated(const IsolatedLight& isolated, WorkingPhoto& result) {
 WorkingPhoto read_at_size(const std::string& path, int width, int height, const Reading& reading) {
   WorkingPhoto result;
   std::vector<PhotoMask> masks;
-  const auto add_mask = [&](const std::string& file, MaskKind kind) {
-    if (file.empty()) return;
+  for (const MaskFile& file : reading.masks) {
     const PictureInfo photo = probe_photo(path);
-    with_memory(file, [&] { masks.emplace_back(file, photo, kind); });
-  };
-  add_mask(reading.mask, MaskKind::kInclude);
-  if (!masks.empty()) {
-    result.mask_info = masks[0].info();
-    result.mask_counts = masks[0].counts();
+    with_memory(file.path, [&] { masks.emplace_back(file.path, photo, file.kind); });
+    result.masks.push_back({masks.back().info(), masks.back().counts()});
   }
-  add_mask(reading.exclude, MaskKind::kExclude);
   with_memory(path, [&] {
     const PhotoRows photo(path, true, reading.response);
     result.info = photo.info();

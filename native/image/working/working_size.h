@@ -7,23 +7,36 @@
 
 #include "image/read.h"
 #include "image/response.h"
+#include "image/working/weighted_rows.h"
 
 namespace selenite {
 
+/// What is known of a mask's file.
+struct MaskInfo {
+  PictureInfo info;  ///< with warnings of its pixels
+  PixelCounts counts;
+};
+
 /// A photo at the size of a fit.
 struct WorkingPhoto {
-  PictureInfo info, mask_info;       ///< of the files, with warnings of their pixels
+  PictureInfo info;                  ///< of the file, with warnings of its pixels
+  std::vector<MaskInfo> masks;       ///< in the order in which they were given
   std::vector<float> reference;      ///< (height, width, 3) linear Rec. 709
   std::vector<float> weight;         ///< (height, width) in [0, 1]: alpha times masks
   std::vector<std::uint8_t> inside;  ///< (height, width): alpha and masks are nowhere 0 below
-  PixelCounts counts, mask_counts;   ///< of the pixels of the files
+  PixelCounts counts;                ///< of the pixels of the file
   double isolated = 0;  ///< share of light in isolated bright pixels; 0: not worth telling
+};
+
+/// A mask of any size and of the photo's shape.
+struct MaskFile {
+  std::string path;
+  MaskKind kind = MaskKind::kInclude;
 };
 
 /// How a photo is brought to the size of a fit.
 struct Reading {
-  std::string mask{};     ///< path; of the photo's shape
-  std::string exclude{};  ///< the same; its white does not count
+  std::vector<MaskFile> masks{};
   Response response{};
   /// Where the corners of the pixels lie in the photo, (height + 1, width + 1, 2): x, y in its pixels
   /// from its top left corner; NaN: nowhere. Empty: evenly over all of it.

@@ -25,7 +25,7 @@ from ...report.results import new_folder
 from ...scene_read.options import ReadingOptions
 from ...scene_read.values import Owner, SceneValues
 from .. import arguments
-from ..capture_arguments import captures_from, stored_captures
+from ..capture_arguments import captures_from, stored_captures, take_captures
 from ..parser import build_parser
 from ..scene import open_scene, reading_of
 from ..terminal import say, say_saved, table
@@ -163,9 +163,9 @@ class Chain:
             args.scene = str(self.best.scene)
         saved = self.folder / f"{step.name}_fitted.blend"
         args.model = None
-        args.photo, args.mask, args.exclude = [], [], []
         args.fit = [f"{self._quoted}:{','.join(step.parameters)}"]
-        args.captures, args.save, args.out = str(self._captures), str(saved), str(self.folder)
+        take_captures(args, str(self._captures))
+        args.save, args.out = str(saved), str(self.folder)
         args.check_in_cycles = args.set_cycles = False
         args.grid = [f"{self._quoted}:albedo_grid={step.grid}"] if step.grid else []
         if step.form == "medium" or step.grid:

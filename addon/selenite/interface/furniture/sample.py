@@ -17,7 +17,7 @@ from ...demo import NAME, scenes
 from ...messages import message
 from ..state import SAMPLE, is_idle
 from ..texts import announce
-from ..ticking import CancelsWork, redraw, show_status
+from ..ticking import redraw, show_status
 
 _FILE = "start.blend"
 _POLL = 0.2  # seconds
@@ -120,14 +120,6 @@ class SELENITE_OT_open_sample(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class SELENITE_OT_cancel_sample(CancelsWork):
-    """Stop; the open file stays"""
-
-    bl_idname = "selenite.cancel_sample"
-    bl_label = "Cancel"
-    background = SAMPLE
-
-
 def made_sample() -> Path:
     """At once, in this Blender's folder for temporary files."""
     work = Making()
@@ -187,4 +179,4 @@ def _importable() -> Path:
     return Path(found.origin).parents[1]
 
 
-CLASSES = (SELENITE_OT_open_sample, SELENITE_OT_cancel_sample)
+CLASSES = (SELENITE_OT_open_sample,)

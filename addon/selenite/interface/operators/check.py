@@ -60,7 +60,8 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
             self._remove_timer(context)
             return {"CANCELLED"}
         if event.type == "ESC" and event.value == "PRESS":
-            _stop(context)
+            CHECK.cancel()
+            redraw(context)
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
@@ -132,23 +133,6 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class SELENITE_OT_cancel_check(bpy.types.Operator):
-    """Stop the check in Cycles and forget it"""
-
-    bl_idname = "selenite.cancel_check"
-    bl_label = "Cancel Check"
-
-    @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        """A check is running."""
-        return CHECK.job is not None
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """The other process ends at once; the scene was never touched."""
-        _stop(context)
-        return {"FINISHED"}
-
-
 class SELENITE_OT_set_cycles(bpy.types.Operator):
     """Set bounces, clamps, filters and caustics so that Cycles shows what is fitted"""
 
@@ -203,12 +187,6 @@ def _folder() -> Path:
     return RUN.folder
 
 
-def _stop(context: bpy.types.Context) -> None:
-    CHECK.stop()
-    CHECK.message = "Check cancelled"
-    redraw(context)
-
-
 def _report(operator: bpy.types.Operator, error: Exception) -> None:
     if isinstance(error, BadInput):
         report_problems(operator, error)
@@ -222,7 +200,6 @@ def _report(operator: bpy.types.Operator, error: Exception) -> None:
 
 CLASSES = (
     SELENITE_OT_check_in_cycles,
-    SELENITE_OT_cancel_check,
     SELENITE_OT_set_cycles,
     SELENITE_OT_show_sheet,
 )

@@ -25,7 +25,7 @@ from ..request import run_request
 from ..rows import fields as field_rows
 from ..state import CANCELLED, NEXT, RUN
 from ..texts import announce
-from ..ticking import CancelsWork, WorksInThread
+from ..ticking import WorksInThread
 
 
 class SELENITE_OT_suggest_camera(WorksInThread):
@@ -72,14 +72,6 @@ class SELENITE_OT_suggest_camera(WorksInThread):
         NEXT.lines = report.advice(work)
         announce(self, {"INFO"}, joined(". ", (thing("Camera", name), *NEXT.lines)))
         return {"FINISHED"}
-
-
-class SELENITE_OT_cancel_suggestion(CancelsWork):
-    """Stop; nothing is changed"""
-
-    bl_idname = "selenite.cancel_suggestion"
-    bl_label = "Cancel"
-    background = NEXT
 
 
 def _known(scene: bpy.types.Scene, values: SceneValues) -> dict[tuple[str, str], Values]:
@@ -138,4 +130,4 @@ def _show(scene: bpy.types.Scene, found: Suggestion) -> str:
     return str(camera.name)
 
 
-CLASSES = (SELENITE_OT_suggest_camera, SELENITE_OT_cancel_suggestion)
+CLASSES = (SELENITE_OT_suggest_camera,)

@@ -18,7 +18,7 @@ from ..progress.background import draw_work
 from ..request import fit_settings
 from ..state import CANCELLED, ROTATION
 from ..texts import announce, paragraph
-from ..ticking import CancelsWork, WorksInThread
+from ..ticking import WorksInThread
 
 #: Of the renders that are compared: angles show in small ones.
 _HEIGHT, _SPP = 64, 64
@@ -56,20 +56,12 @@ class SELENITE_OT_rotate_environment(WorksInThread):
         return {"FINISHED"}
 
 
-class SELENITE_OT_cancel_rotation(CancelsWork):
-    """Stop; nothing is changed"""
-
-    bl_idname = "selenite.cancel_rotation"
-    bl_label = "Cancel"
-    background = ROTATION
-
-
 def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """The button, how far it has come, and what was found."""
-    if not draw_work(layout, ROTATION, "selenite.cancel_rotation"):
+    if not draw_work(layout, ROTATION):
         layout.operator("selenite.rotate_environment", icon="FILE_REFRESH")
     for line in ROTATION.lines:
         paragraph(layout, context, line)
 
 
-CLASSES = (SELENITE_OT_rotate_environment, SELENITE_OT_cancel_rotation)
+CLASSES = (SELENITE_OT_rotate_environment,)

@@ -12,9 +12,9 @@ from ...fit.job import FitFailed, FitJob
 from ...scene_read.reading.render_depsgraph import Reading
 from ..output_folder import output_folder
 from ..running.work import Saving
-from ..state import CANCELLED, READING, RUN, SAVE, STAGES, is_idle
+from ..state import CANCELLED, CHECK, JOBS, READING, RUN, SAVE, TRADE, is_idle
 from ..texts import announce
-from ..ticking import CancelsWork, WorksInThread, redraw
+from ..ticking import WorksInThread, redraw
 
 #: Seconds that Cancel waits for the native thread, which ends within a tile; and between two polls.
 _PATIENCE, _POLL = 0.2, 0.005
@@ -47,45 +47,46 @@ class SELENITE_OT_resume(bpy.types.Operator):
 
 
 class SELENITE_OT_stop(bpy.types.Operator):
-    """Stop the fit and keep the best values so far, as Esc does"""
+    """Stop what runs and keep the best values, or what has been measured, so far, as Esc does"""
 
     bl_idname = "selenite.stop"
     bl_label = "Stop and Keep Best"
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        """A fit is running."""
-        return RUN.job is not None
+        """A fit or a measurement is running."""
+        return RUN.job is not None or TRADE.job is not None
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
-        """The fit ends at its next tick."""
-        RUN.ask_to_stop(keep=True)
+        """It ends at its next tick."""
+        TRADE.cancel()
+        if RUN.job is not None:
+            RUN.ask_to_stop(keep=True)
         return {"FINISHED"}
 
 
 class SELENITE_OT_cancel(bpy.types.Operator):
-    """Stop the fit and forget it; the scene and the result before it stay as they are"""
+    """Stop what runs and forget it; the scene and the result before it stay as they are"""
 
     bl_idname = "selenite.cancel"
     bl_label = "Cancel"
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        """A fit is running or being prepared, or its stages are being chosen, or the scene is
-        read."""
-        return RUN.is_active or STAGES.job is not None or READING.job is not None
+        """Anything runs."""
+        return not is_idle()
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """The scene was never touched. Mostly the fit ends at once; else at its next tick."""
-        READING.cancel()
-        if STAGES.job is not None:
-            STAGES.job.cancel()
+        """The scene was never touched. Mostly a fit ends at once; all else ends at its next
+        tick."""
+        for item in (READING, CHECK, *JOBS):
+            item.cancel()
         if RUN.preparing is not None:
             RUN.message = CANCELLED
         RUN.ask_to_stop(keep=False)
         if RUN.job is not None and _ends_within(RUN.job, _PATIENCE):
             RUN.forget()
-            redraw(context)
+        redraw(context)
         return {"FINISHED"}
 
 
@@ -133,18 +134,9 @@ class SELENITE_OT_save_result(WorksInThread):
         return {"FINISHED"}
 
 
-class SELENITE_OT_cancel_saving(CancelsWork):
-    """Stop writing; no folder is left"""
-
-    bl_idname = "selenite.cancel_saving"
-    bl_label = "Cancel"
-    background = SAVE
-
-
 CLASSES = (
     SELENITE_OT_resume,
     SELENITE_OT_stop,
     SELENITE_OT_cancel,
     SELENITE_OT_save_result,
-    SELENITE_OT_cancel_saving,
 )

@@ -19,7 +19,7 @@ from ..request import run_request
 from ..running.measuring import Measuring
 from ..state import CANCELLED, ESTIMATE, EXPECTED, TRADE
 from ..texts import announce, paragraph
-from ..ticking import CancelsWork, WorksInThread
+from ..ticking import WorksInThread
 
 
 class SELENITE_OT_estimate(WorksInThread):
@@ -46,14 +46,6 @@ class SELENITE_OT_estimate(WorksInThread):
             return {"CANCELLED"}
         EXPECTED[ESTIMATE.scene_name] = work.lines()
         return {"FINISHED"}
-
-
-class SELENITE_OT_cancel_estimate(CancelsWork):
-    """Stop; nothing is estimated"""
-
-    bl_idname = "selenite.cancel_estimate"
-    bl_label = "Cancel"
-    background = ESTIMATE
 
 
 class SELENITE_OT_trade(WorksInThread):
@@ -90,17 +82,9 @@ class SELENITE_OT_trade(WorksInThread):
         return {"FINISHED"}
 
 
-class SELENITE_OT_stop_trade(CancelsWork):
-    """Stop and keep what has been measured"""
-
-    bl_idname = "selenite.stop_trade"
-    bl_label = "Stop (Keep)"
-    background = TRADE
-
-
 def draw_trade(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """The button, how far it has come, and what was found."""
-    if not draw_work(layout, TRADE, "selenite.stop_trade"):
+    if not draw_work(layout, TRADE, keeps=True):
         layout.operator("selenite.trade", icon="GRAPH")
     for line in TRADE.lines:
         paragraph(layout, context, line)
@@ -130,7 +114,5 @@ def _lines(trade: Trade) -> list[str]:
 
 CLASSES = (
     SELENITE_OT_estimate,
-    SELENITE_OT_cancel_estimate,
     SELENITE_OT_trade,
-    SELENITE_OT_stop_trade,
 )

@@ -22,7 +22,7 @@ from ..chosen import chosen
 from ..progress.background import draw_work
 from ..state import MASK
 from ..texts import announce
-from ..ticking import CancelsWork, WorksInThread
+from ..ticking import WorksInThread
 from . import images
 
 #: Name of the image, which each preview replaces.
@@ -115,18 +115,10 @@ class SELENITE_OT_preview_mask(WorksInThread):
         return {"FINISHED"}
 
 
-class SELENITE_OT_cancel_mask(CancelsWork):
-    """Stop; the image stays as it is"""
-
-    bl_idname = "selenite.cancel_mask"
-    bl_label = "Cancel"
-    background = MASK
-
-
 def draw(layout: bpy.types.UILayout) -> None:
     """The button, or how far it has come."""
-    if not draw_work(layout, MASK, "selenite.cancel_mask"):
+    if not draw_work(layout, MASK):
         layout.operator("selenite.preview_mask", icon="IMAGE_ALPHA")
 
 
-CLASSES = (SELENITE_OT_preview_mask, SELENITE_OT_cancel_mask)
+CLASSES = (SELENITE_OT_preview_mask,)

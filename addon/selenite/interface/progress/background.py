@@ -36,19 +36,28 @@ class SELENITE_OT_progress(bpy.types.Operator):
         return {"CANCELLED"}
 
 
-def draw_work(layout: bpy.types.UILayout, work: state.Background, cancel: str) -> bool:
-    """Whether it runs: then how far it has come, and the button that ends it."""
+def draw_stop(layout: bpy.types.UILayout) -> None:
+    """The button that ends what runs and keeps what it has found."""
+    layout.operator("selenite.stop", text="Stop (Keep)", icon="CHECKMARK")
+
+
+def draw_work(layout: bpy.types.UILayout, work: state.Background, *, keeps: bool = False) -> bool:
+    """Whether it runs: then how far it has come, and the button that ends it. keeps: what it has
+    found so far."""
     if work.job is None:
         return False
     fraction = work.step.fraction if work.step else 0.0
     draw_bar(layout, fraction, work.step.text if work.step else "Starting")
-    layout.operator(cancel, icon="X")
+    if keeps:
+        draw_stop(layout)
+    else:
+        layout.operator("selenite.cancel", icon="X")
     return True
 
 
 def draw_next_camera(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """The button, how far it has come, and what was found."""
-    if not draw_work(layout, state.NEXT, "selenite.cancel_suggestion"):
+    if not draw_work(layout, state.NEXT):
         layout.operator("selenite.suggest_camera", icon="OUTLINER_OB_CAMERA")
     for line in state.NEXT.lines:
         paragraph(layout, context, line)

@@ -13,7 +13,7 @@ from ...scene_read.geometry.bodies import OPEN_BODY
 from .. import state
 from ..problem_reports import thing_of
 from ..texts import field, paragraph, shown, translated
-from .background import draw_bar, draw_work
+from .background import draw_bar, draw_stop, draw_work
 
 _WIDTH = 0.94
 #: Kind of a problem -> the operator that is its cure.
@@ -43,7 +43,7 @@ class SELENITE_PT_head(bpy.types.Panel):
         if missing:
             paragraph(layout, context, missing, "ERROR")
             return
-        if draw_work(layout, state.SAMPLE, "selenite.cancel_sample"):
+        if draw_work(layout, state.SAMPLE):
             return
         if state.READING.job is not None:
             text = state.ENDING if state.READING.is_cancelled else "Reading the scene"
@@ -57,7 +57,7 @@ class SELENITE_PT_head(bpy.types.Panel):
             progress = state.CHECK.progress
             text = progress.text if progress else "Starting"
             draw_bar(layout, progress.fraction if progress else 0.0, text, _LINES)
-            layout.operator("selenite.cancel_check", icon="X")
+            layout.operator("selenite.cancel", text="Cancel Check", icon="X")
             return
         _draw_problems(layout, context)
         for line in _news():
@@ -122,7 +122,7 @@ def _draw_run(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     draw_bar(layout, run.shown.fraction, text, _LINES)
     column = layout.column(align=True)
     if run.job is not None:
-        column.operator("selenite.stop", text="Stop (Keep)", icon="CHECKMARK")
+        draw_stop(column)
     column.operator("selenite.cancel", text="Cancel (Restore)", icon="X")
     keeps = run.job is not None
     text = "Esc stops and keeps" if keeps else "Esc cancels"

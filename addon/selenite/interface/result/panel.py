@@ -40,7 +40,7 @@ class SELENITE_PT_result(bpy.types.Panel):
         column = layout.column(align=True)
         column.label(text="Folder")  # beside the path it would cut it
         column.prop(settings, "output", text="")
-        if not draw_work(layout, state.SAVE, "selenite.cancel_saving"):
+        if not draw_work(layout, state.SAVE):
             layout.operator("selenite.save_result", icon="FILE_TICK")
             for line in state.SAVE.lines:
                 paragraph(layout, context, line)
