@@ -95,10 +95,10 @@ def test_the_panel_shows_it_while_the_fit_runs_and_afterwards(tmp_path):
     drawn = " ".join(draw(panels.SELENITE_PT_fit).split())
     assert "has sat at its minimum 0.7" in drawn
     notes = state.RUN.result.notes
-    state.RUN.job, state.RUN.progress = object(), SimpleNamespace(
-        stage="", iteration=9, iterations=60, seconds_left=1.0, fraction=0.1, loss=0.1, values={},
-        notes=notes, phase="descent",
-    )  # fmt: skip
+    state.RUN.job = SimpleNamespace(newest_notes=notes, stage_title=lambda _progress: "")
+    state.RUN.progress = SimpleNamespace(
+        iteration=9, iterations=60, loss=0.1, values={}, phase="descent"
+    )
     try:
         assert "has sat at its minimum 0.7" in " ".join(draw(panels.SELENITE_PT_fit).split())
     finally:
