@@ -39,6 +39,7 @@ def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -
     from selenite.fit_run.pictures import sheet
     from selenite.fit_run.plan import build_scene
     from selenite.fit_run.request import RunRequest
+    from selenite.fit_run.unknowns import fitted_owners
     from selenite.paths import file_stems
     from selenite.problems import BadInput
     from selenite.scene_read.blend_file import open_blend
@@ -46,7 +47,7 @@ def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -
     from selenite.scene_read.scene import read_scene
     from selenite.write_back import environments
     from selenite.write_back import grids as grid_objects
-    from selenite.write_back import images as image_nodes
+    from selenite.write_back import surfaces
 
     open_blend(str(folder / "scene.blend"), scripts=request["scripts"])
     scene = bpy.data.scenes[request["scene"]]
@@ -57,7 +58,7 @@ def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -
     values = {parameters.split_name(name): tuple(v) for name, v in request["values"].items()}
     read = read_scene(scene, options=wanted.reading)
     write_back.write(scene, read.owners, values)
-    shown = [image_nodes.show(read, name, path) for name, path in request["images"].items()]
+    shown = [surfaces.show(read, name, path) for name, path in request["surfaces"].items()]
     if request.get("environment"):
         shown.append(environments.show(scene, read, request["environment"]))
     read = read_scene(scene, options=wanted.reading)
@@ -69,7 +70,7 @@ def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -
         problems,
         [],
         packed_photos(),
-        {item.owner for item in wanted.unknowns},
+        fitted_owners(read, wanted.unknowns),
     )
     if problems:
         raise BadInput(problems)

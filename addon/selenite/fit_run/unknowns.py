@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -151,6 +151,20 @@ def find_parameter(
         problems.append(Problem(title, cause, choice(name, names)))
         return None
     return owner, parameter
+
+
+def fitted_owners(scene: SceneValues, requests: Iterable[UnknownRequest]) -> set[str]:
+    """Materials, lights and the world of which something is fitted; of an object, all its materials."""
+    found: set[str] = set()
+    for item in requests:
+        kind = KINDS.get(item.parameter)
+        if kind is None or kind.of != "object":
+            found.add(item.owner)
+            continue
+        for part in scene.objects:
+            if part.name == item.owner:
+                found.update(part.materials)
+    return found
 
 
 def of_object(scene: SceneValues, name: str) -> str:

@@ -12,6 +12,7 @@ from ..fit_run.captures.prepared import Capture, read_captures
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest
 from ..fit_run.settings import PRESETS, FitSettings
+from ..fit_run.unknowns import fitted_owners
 from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
 from .expected import Estimate
@@ -36,7 +37,7 @@ def trade_of(
     def captures_at(height: int) -> list[Capture]:
         if empty is not None:
             return empty(height)
-        owners = {item.owner for item in request.unknowns}
+        owners = fitted_owners(values, request.unknowns)
         return read_captures(values, request.captures, height, [], [], packed, owners)
 
     plan = prepare(values, request, packed, empty)

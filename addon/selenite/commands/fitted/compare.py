@@ -17,6 +17,7 @@ from ...fit_run.captures.prepared import read_captures
 from ...fit_run.captures.render import as_reported
 from ...fit_run.request import read_run
 from ...fit_run.settings import with_overrides
+from ...fit_run.unknowns import fitted_owners
 from ...json_text import read_json
 from ...paths import absolute
 from ...problems import BadInput, Problem, listed
@@ -54,7 +55,7 @@ def run(args: argparse.Namespace) -> JsonObject:
 
     from ...scene_read.photos import packed_photos
 
-    owners = {item.owner for item in request.unknowns}
+    owners = fitted_owners(values, request.unknowns)
     captures = read_captures(
         values, asked, settings.height, problems, values.warnings, packed_photos(), owners
     )

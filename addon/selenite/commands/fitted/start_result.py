@@ -43,7 +43,7 @@ def begin_at(scene: BpyStruct, values: SceneValues, folder: Path) -> SceneValues
     from ...scene_read.scene import read_scene
     from ...write_back import environments
     from ...write_back import grids as grid_objects
-    from ...write_back import images as image_nodes
+    from ...write_back import surfaces
 
     found, constants = at_result(values, folder)
     files = field_files(folder)
@@ -52,8 +52,8 @@ def begin_at(scene: BpyStruct, values: SceneValues, folder: Path) -> SceneValues
     with_grids = set()
     for name, file in files.items():
         owner, parameter = split_name(name)
-        if KINDS[parameter].is_image:
-            shows.append(partial(image_nodes.show, values, owner, str(file)))
+        if KINDS[parameter].is_surface:
+            shows.append(partial(surfaces.show, values, name, str(file)))
         elif KINDS[parameter].is_environment:
             shows.append(partial(environments.show, scene, values, str(file)))
         else:

@@ -19,7 +19,7 @@ from ... import native
 from ..captures.prepared import Capture
 from ..captures.render import as_found, evaluator
 from ..fields import EnvironmentUnknown, FieldUnknown, ImageUnknown
-from ..fields.images import seen
+from ..fields.seen import seen
 from ..job import scene_at
 from ..plan import FitPlan
 
@@ -74,8 +74,7 @@ def of_images(
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> dict[str, Halves]:
     """By the image's name; none of a single photo. Photos take turns, as lists run round a body."""
-    kinds = (ImageUnknown, EnvironmentUnknown)
-    images = [item for item in plan.fields if isinstance(item, kinds)]
+    images = [item for item in plan.fields if _shows_light(item)]
     if not images or len(plan.captures) < 2:  # noqa: PLR2004 - two halves
         return {}
     scene, found = scene_at(plan, result), {}
@@ -86,6 +85,14 @@ def of_images(
             sums.append(_asked(plan, result, item, scene, plan.captures[half::2]))
         found[item.name] = halves(*sums)
     return found
+
+
+def _shows_light(item: FieldUnknown) -> bool:
+    """Whether photos and renders can be compared by what they show of its places: those of a colour,
+    which is brighter where they are."""
+    if isinstance(item, ImageUnknown):
+        return item.kind.channels > 1
+    return isinstance(item, EnvironmentUnknown)
 
 
 def halves(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> Halves:

@@ -22,7 +22,8 @@ from ...paths import file_stems
 from .. import trust
 from ..captures.prepared import Capture
 from ..captures.render import alignment_of, as_found, evaluator
-from ..fields import EnvironmentUnknown, FieldUnknown, environment, images
+from ..fields import EnvironmentUnknown, FieldUnknown, environment
+from ..fields import seen as surfaces
 from ..gauge import gauges
 from ..job import fitted_values, scene_at
 from ..pictures import comparison, plots, sheet
@@ -140,8 +141,8 @@ def finished(
     result: dict[str, Any],
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> dict[str, Any]:
-    """The result with those texels of its images that no photo sees kept or filled, those of the
-    world's continued from the others, and with the keys `coverage` (see `fields.images`) and
+    """The result with what no photo sees of its images and meshes kept or filled, texels of the
+    world's continued from the others, and with the keys `coverage` (see `fields.seen`) and
     `fitted_means`, of all texels before that. Renders where there are images. Unless it was stopped
     also wider intervals of gains beside fields, `halves` of the photos of each image, and
     `hold_out`: the photos that the fit has not seen beside their renders."""
@@ -163,12 +164,12 @@ def finished(
 def _with_images(
     plan: FitPlan, result: dict[str, Any], progress: Callable[[str, float], None]
 ) -> dict[str, Any]:
-    if not any(item.kind.is_image or item.kind.is_environment for item in plan.fields):
+    if not any(item.kind.is_surface or item.kind.is_environment for item in plan.fields):
         return result
     means = {item.name: item.mean(result["fields_best"][item.name]) for item in plan.fields}
     scene = scene_at(plan, result)
     captures = [as_found(item, result) for item in plan.captures]
-    final, coverage = images.finished(plan.fields, result["fields_best"], scene, captures, progress)
+    final, coverage = surfaces.finished(plan.fields, result["fields_best"], scene, captures, progress)
     for item in plan.fields:
         if isinstance(item, EnvironmentUnknown):
             found = coverage[item.name] = environment.coverage(item, scene, captures)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Unknowns with a value at every place: voxels of grids, texels of images, directions of the
-world."""
+"""Unknowns with a value at every place: voxels of grids, texels of images, vertices of meshes,
+directions of the world."""
 
 from __future__ import annotations
 
@@ -23,10 +23,13 @@ from .environment import (
 )
 from .grids import GridUnknown, fitted_grids, grid_unknown, with_grids
 from .images import ImageUnknown, image_unknown
+from .seen import SurfaceUnknown
+from .vertex_colors import VertexColorsUnknown, vertex_colors_unknown
 
 __all__ = [
-    "EnvironmentUnknown", "FieldUnknown", "GridUnknown", "ImageUnknown", "choose",
-    "fitted_environment", "fitted_grids", "means", "remarks", "split", "with_fields", "with_grids",
+    "EnvironmentUnknown", "FieldUnknown", "GridUnknown", "ImageUnknown", "SurfaceUnknown",
+    "VertexColorsUnknown", "choose", "fitted_environment", "fitted_grids", "means", "remarks",
+    "split", "with_fields", "with_grids",
 ]  # fmt: skip
 
 
@@ -78,6 +81,8 @@ def _field(
     if not kind.is_environment and (request.size is not None or request.projection):
         cause = "only the world's image has a number of texels and a projection"
         raise BadInput(Problem(title, cause, "leave them out, or fit World:environment"))
+    if kind.is_mesh:
+        return vertex_colors_unknown(scene, request, settings, title)
     if kind.is_image:
         return image_unknown(scene, request, settings, title)
     if kind.is_environment:
