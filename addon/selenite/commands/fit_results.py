@@ -11,23 +11,17 @@ from pathlib import Path
 from typing import Any
 
 from .. import native
-from ..fit_run.answer.light_pairing import with_warnings
-from ..fit_run.answer.results import (
-    finished,
-    of_photos,
-    result_json,
-    seconds_of_pictures,
-    write_results,
-)
-from ..fit_run.answer.table import TITLES, lines, sentences
-from ..fit_run.captures.render import as_found
-from ..fit_run.checkpoint import Recorder
-from ..fit_run.field_kinds import IN_PLACE_OF
-from ..fit_run.fields import EnvironmentUnknown, SurfaceUnknown, fitted_grids
-from ..fit_run.job import fitted_values
-from ..fit_run.plan import FitPlan
+from ..fit.capture_render import as_found
+from ..fit.checkpoint import Recorder
+from ..fit.field_kinds import IN_PLACE_OF
+from ..fit.fields import EnvironmentUnknown, SurfaceUnknown, fitted_grids
+from ..fit.job import fitted_values
+from ..fit.plan import FitPlan
 from ..parameters import Values, join_name
 from ..problems import BadInput
+from ..report.light_pairing import with_warnings
+from ..report.results import finished, of_photos, result_json, seconds_of_pictures, write_results
+from ..report.table import TITLES, lines, sentences
 from ..scene_read.values import SceneValues
 from .terminal import bar, say, say_saved, table
 
@@ -177,9 +171,8 @@ def _show(
     in their meshes; what was done, line by line."""
     if not plan.fields:
         return []
-    from ..write_back import environments
+    from ..write_back import environments, surfaces
     from ..write_back import grids as grid_objects
-    from ..write_back import surfaces
 
     lines = []
     grids = fitted_grids(plan.fields, result["fields_best"])
@@ -201,9 +194,8 @@ def _show(
 def _hide(scene: Any, plan: FitPlan) -> None:  # noqa: ANN401
     """Undoes `_show` in the open scene, so that the check finds what was fitted."""
     if plan.fields:
-        from ..write_back import environments
+        from ..write_back import environments, surfaces
         from ..write_back import grids as grid_objects
-        from ..write_back import surfaces
 
         for item in plan.fields:
             if item.kind.is_surface:

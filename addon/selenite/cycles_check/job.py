@@ -17,8 +17,8 @@ import bpy
 
 from .. import grid_files, parameters
 from ..atomic_files import write_json
-from ..fit_run.captures.prepared import Capture
-from ..fit_run.request import RunRequest
+from ..capture.prepared import Capture
+from ..fit.request import RunRequest
 from ..parameters import Values
 from ..scene_read.blender_process import BlenderProcess
 from ..scene_read.values import GridValues

@@ -8,12 +8,12 @@ from dataclasses import fields, replace
 import bpy
 
 from .. import mean_free_path, parameters, write_back
-from ..fit_run.request import RunRequest, UnknownRequest
-from ..fit_run.settings import FitSettings
+from ..capture.scene_captures import captures_of, misplaced_backgrounds
+from ..fit.request import RunRequest, UnknownRequest
+from ..fit.settings import FitSettings
 from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.options import options_of
-from ..scene_read.photos import captures_of, misplaced_backgrounds
 from ..scene_read.values import Owner, SceneValues
 from . import stages
 from .chosen import chosen

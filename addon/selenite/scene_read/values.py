@@ -15,8 +15,8 @@ import numpy as np
 from .. import parameters
 from ..parameters import Parameter, Values
 from ..problems import Problem
-from .capture_request import CameraLens
 from .closedness import Closedness
+from .lens import CameraLens
 from .shaders import Shader
 from .texture_values import TextureValues
 
@@ -348,8 +348,8 @@ class SceneValues:
     warnings: list[str] = field(default_factory=list)
 
     def object_owners(self) -> list[Owner]:
-        """Objects as owners of what belongs to their meshes. They are not among `owners`: a material
-        may be called as its object is."""
+        """Objects as owners of what belongs to their meshes. They are not among `owners`: a
+        material may be called as its object is."""
         names = dict.fromkeys(item.name for item in self.objects)
         return [Owner(name, "object", name, "", {}, {}) for name in names]
 

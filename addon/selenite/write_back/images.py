@@ -49,7 +49,8 @@ _NODE_SETTINGS = ("projection", "projection_blend", "interpolation", "extension"
 
 @dataclass(frozen=True)
 class _Inlet:
-    """An input on the way to that of a parameter. `alone`: what is linked here reaches nothing else."""
+    """An input on the way to that of a parameter. `alone`: what is linked here reaches nothing
+    else."""
 
     socket: bpy.types.NodeSocket
     groups: Groups

@@ -28,14 +28,14 @@ _BEFORE = ".selenite_vertex_colors"
 
 
 def show(values: SceneValues, name: str, path: str) -> str:
-    """Gives the colour attribute that the materials of object `name` show the colours of a .npy file,
-    (n, 3) linear, one for each of its values; their alpha stays. Returns what was done. Raises
+    """Gives the colour attribute that the materials of object `name` show the colours of a .npy
+    file, (n, 3) linear, one for each of its values; their alpha stays. Returns what was done. Raises
     BadInput, and then nothing has changed."""
     title = f"Object '{name}'"
     mesh = _mesh(name, title)
-    attribute = mesh_colors.shown_colors(
-        values, mesh_colors.object_of(values, name, title), title
-    )[0]
+    attribute = mesh_colors.shown_colors(values, mesh_colors.object_of(values, name, title), title)[
+        0
+    ]
     target = hosts.color_attribute(mesh, attribute)
     if target is None:
         raise BadInput(Problem(title, f"its colour attribute '{attribute}' is gone", "undo that"))

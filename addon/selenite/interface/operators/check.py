@@ -7,15 +7,15 @@ from pathlib import Path
 
 import bpy
 
+from ...capture.scene_captures import captures_of
 from ...cycles_check.job import CheckJob, lines, verdict
 from ...cycles_check.render_settings import contents_of, set_for_fit
-from ...fit_run.answer.results import new_folder, write_results
-from ...fit_run.captures.render import as_found
-from ...fit_run.request import RunRequest
+from ...fit.capture_render import as_found
+from ...fit.request import RunRequest
 from ...problems import BadInput, Problem
+from ...report.results import new_folder, write_results
 from ...scene_read.blender_process import ProcessFailed
 from ...scene_read.options import options_of
-from ...scene_read.photos import captures_of
 from ...write_back import grids as grid_objects
 from ..output_folder import output_folder
 from ..pictures.operators import show_content

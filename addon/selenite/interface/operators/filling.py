@@ -6,9 +6,9 @@ from __future__ import annotations
 import bpy
 
 from ... import native
+from ...advice.information.job import BackgroundJob
 from ...cycles_check.render_settings import contents_of
-from ...fit_run.unknowns import USUAL
-from ...information.job import BackgroundJob
+from ...fit.unknowns import USUAL
 from ...problems import Problem
 from ...scene_read.scene import read_scene
 from ...scene_read.values import SceneValues
@@ -68,9 +68,7 @@ def tick_usual(settings: bpy.types.PropertyGroup, owner: bpy.types.PropertyGroup
     found = [
         row
         for row in settings.rows
-        if owns(owner, row)
-        and (row.usual or row.parameter in _USUAL[row.kind])
-        and not row.reason
+        if owns(owner, row) and (row.usual or row.parameter in _USUAL[row.kind]) and not row.reason
     ]
     for row in found:
         row.enabled = True

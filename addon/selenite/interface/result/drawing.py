@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import bpy
 
-from ...fit_run.answer import table
+from ...report import table
 from ..rows.fields import is_field
 from ..rows.labels import label_of, unit_text, with_labels
 from ..rows.owners import ICONS as OWNERS

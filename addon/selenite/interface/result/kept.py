@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import bpy
 
-from ...fit_run import trust
-from ...fit_run.answer import table
-from ...fit_run.answer.findings import Finding, findings, in_short
-from ...fit_run.job import fitted_values
+from ...fit import trust
+from ...fit.job import fitted_values
+from ...report import table
+from ...report.findings import Finding, findings, in_short
 from ..rows import fields as field_rows
 from ..state import RUN
 

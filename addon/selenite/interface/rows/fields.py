@@ -14,21 +14,20 @@ import bpy
 import numpy as np
 
 from ... import grid_files, parameters, write_back
-from ...fit_run.answer.results import field_text
-from ...fit_run.field_kinds import KINDS, VERTEX_COLORS, FieldKind
-from ...fit_run.fields import FieldUnknown, GridUnknown
-from ...fit_run.fields.grids import DENSITY_RANGE, USUAL_SIZE
-from ...fit_run.fields.images import USUAL_TEXELS, image_unknown
-from ...fit_run.fields.seen import seen
-from ...fit_run.fields.vertex_colors import vertex_colors_unknown
-from ...fit_run.request import UnknownRequest
-from ...fit_run.settings import FitSettings
+from ...fit.field_kinds import KINDS, VERTEX_COLORS, FieldKind
+from ...fit.fields import FieldUnknown, GridUnknown
+from ...fit.fields.grids import DENSITY_RANGE, USUAL_SIZE
+from ...fit.fields.images import USUAL_TEXELS, image_unknown
+from ...fit.fields.seen import seen
+from ...fit.fields.vertex_colors import vertex_colors_unknown
+from ...fit.request import UnknownRequest
+from ...fit.settings import FitSettings
 from ...problems import BadInput, Problem
+from ...report.results import field_text
 from ...scene_read.shading import volumes
 from ...scene_read.values import GridValues, MaterialValues, Owner, SceneValues
-from ...write_back import environments
+from ...write_back import environments, surfaces
 from ...write_back import grids as grid_objects
-from ...write_back import surfaces
 from . import environment as environment_rows
 from .starts import chosen_file
 
@@ -230,8 +229,8 @@ def replaced(scene: bpy.types.Scene) -> set[tuple[str, str]]:
 
 
 def apply(scene: bpy.types.Scene, values: SceneValues, *, with_grids: bool) -> list[str]:
-    """Shows the fitted grids by Volume objects, then the fitted images by image nodes and colours in
-    meshes, the world's image last; returns what was done. All or none: raises BadInput.
+    """Shows the fitted grids by Volume objects, then the fitted images by image nodes and colours
+    in meshes, the world's image last; returns what was done. All or none: raises BadInput.
 
     values: owners and meshes of the scene; values of materials do not count.
     """
@@ -284,7 +283,9 @@ def _why_not(values: SceneValues, owner: Owner, parameter: str) -> str:
             request = UnknownRequest(owner.name, parameter)
             vertex_colors_unknown(values, request, FitSettings(), "")
         else:
-            image_unknown(values, UnknownRequest(owner.name, parameter, grid="1"), FitSettings(), "")
+            image_unknown(
+                values, UnknownRequest(owner.name, parameter, grid="1"), FitSettings(), ""
+            )
     except BadInput as error:
         return "; ".join(f"{item.cause}: {item.cure}" for item in error.problems)
     return ""

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ... import parameters
-from ...fit_run.field_kinds import KINDS
+from ...fit.field_kinds import KINDS
 from ...parameters import Parameter
 from ...scene_read import hosts
 from ..texts import shown, translated

@@ -12,8 +12,8 @@ from bpy.props import (
     StringProperty,
 )
 
-from ...fit_run.fields.grids import MOST_BY_NUMBER, USUAL_SIZE
-from ...fit_run.fields.images import MOST_TEXELS, USUAL_TEXELS
+from ...fit.fields.grids import MOST_BY_NUMBER, USUAL_SIZE
+from ...fit.fields.images import MOST_TEXELS, USUAL_TEXELS
 from . import environment as environment_rows
 
 GRID_ITEMS = (
@@ -33,7 +33,8 @@ KIND_ITEMS = (
 
 
 class SeleniteOwner(bpy.types.PropertyGroup):
-    """A material, an object, a lamp or the world: a group of the list. `name` is that of the owner."""
+    """A material, an object, a lamp or the world: a group of the list. `name` is that of the
+    owner."""
 
     kind: EnumProperty(items=KIND_ITEMS)
     material: PointerProperty(type=bpy.types.Material)
