@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, eq=False)
 class VertexColorsUnknown(SurfaceUnknown):
     """`mesh`: its number in the scene. `attribute`: its name. `start`: (n, 3) float32, linear, one
-    for each vertex or corner. `elements`: (3m,) which of them each corner of the triangles shows."""
+    for each vertex or corner. `elements`: (3m,) which of them a corner of a triangle shows."""
 
     mesh: int
     attribute: str
@@ -52,9 +52,9 @@ class VertexColorsUnknown(SurfaceUnknown):
             colors=tuple(
                 (name, shown if name == self.attribute else own) for name, own in mesh.colors
             ),
-            held_colors=tuple(
+            stored_colors=tuple(
                 (name, self.start if name == self.attribute else own, elements)
-                for name, own, elements in mesh.held_colors
+                for name, own, elements in mesh.stored_colors
             ),
         )
         meshes = [mesh if i == self.mesh else item for i, item in enumerate(scene.meshes)]
@@ -117,8 +117,8 @@ def vertex_colors_unknown(
     owner = object_of(scene, request.owner, title)
     low, high = share_bounds(request, title)
     rate = rate_of(request, settings, title)
-    name, held, elements = shown_colors(scene, owner, title)
-    own = np.clip(held, np.float32(low), np.float32(high))
+    name, stored, elements = shown_colors(scene, owner, title)
+    own = np.clip(stored, np.float32(low), np.float32(high))
     if request.grid:
         cause = f"it starts at the colour attribute '{name}', not at '{request.grid}'"
         raise BadInput(Problem(title, cause, "leave the file out, or give --start"))
@@ -127,7 +127,7 @@ def vertex_colors_unknown(
         if not is_share(fill):
             cause = f"its start is {', '.join(f'{x:g}' for x in fill)}"
             raise BadInput(Problem(title, cause, "give 1 or 3 numbers in [0, 1]"))
-        own = np.broadcast_to(np.clip(np.asarray(fill, np.float32), low, high), held.shape)
+        own = np.broadcast_to(np.clip(np.asarray(fill, np.float32), low, high), stored.shape)
     filled = replace(
         request,
         minimum=low,
