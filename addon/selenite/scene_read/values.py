@@ -57,10 +57,10 @@ class CameraValues:
 class MeshValues:
     """Triangles in object space: positions (n, 3), triangles (m, 3), corner_normals (3m, 3),
     material_slots (m,). UV maps (3m, 2) and linear colour attributes (3m, 3) have names; the one
-    that renders by default comes first. `stored_colors`: of those attributes the values of the user's
-    mesh, (n, 3) one for each vertex or corner, and which of them each corner shows, (3m,); none
-    where modifiers make another mesh. `other_attributes`: names of what is not read. `vectors`:
-    (3m, 3) made for shaders, by their names."""
+    that renders by default comes first. `stored_colors`: of those attributes the values of the
+    user's mesh, (n, 3) one for each vertex or corner, and which of them each corner shows, (3m,);
+    none where modifiers make another mesh. `other_attributes`: names of what is not read.
+    `vectors`: (3m, 3) made for shaders, by their names."""
 
     name: str
     positions: np.ndarray

@@ -8,7 +8,7 @@ from ..scene_read.values import SceneValues
 from . import images, vertex_colors
 
 _VERTEX_COLORS = "vertex_colors"
-_SUFFIX = "_texture"
+_SUFFIX, _NODE = "_texture", ".image"
 
 
 def show(values: SceneValues, name: str, path: str) -> str:
@@ -17,6 +17,8 @@ def show(values: SceneValues, name: str, path: str) -> str:
     owner, parameter = parameters.split_name(name)
     if parameter == _VERTEX_COLORS:
         return vertex_colors.show(values, owner, path)
+    if parameter.endswith(_NODE):
+        return images.show_in_node(values, owner, path, parameter.removesuffix(_NODE))
     return images.show(values, owner, path, parameter.removesuffix(_SUFFIX))
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ... import parameters
-from ...fit.field_kinds import KINDS
+from ...fit.field_kinds import field_kind, kind_of
 from ...parameters import Parameter
 from ...scene_read import hosts
 from ..texts import shown, translated
@@ -16,8 +16,8 @@ _UNITS = {"1": "", "scale": ""}
 
 def label_of(row: bpy.types.PropertyGroup) -> str:
     """ "Transmission Weight" in Blender 4, "Transmission" in 3; in the interface's language."""
-    if row.parameter in KINDS:
-        kind = KINDS[row.parameter]
+    if kind_of(row.parameter) is not None:
+        kind = field_kind(row.parameter)
         if row.kind == "world":
             return f"{translated('World')}: {translated('Image')}"
         if kind.is_mesh:
