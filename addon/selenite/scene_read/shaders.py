@@ -112,8 +112,8 @@ class Constant:
 @dataclass(frozen=True, eq=False)
 class ShaderImage:
     """An image of the graph that a fit can change: its name is NODE.image, `texture` its number.
-    `uv` (2, 3) is applied to (u, v, 1) of the UV map `attribute`. `channels`: 1 where only a number is
-    taken of it."""
+    `uv` (2, 3) is applied to (u, v, 1) of the UV map `attribute`. `channels`: 1 where only a number
+    is taken of it."""
 
     name: str
     texture: int

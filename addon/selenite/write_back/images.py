@@ -102,8 +102,8 @@ def show(values: SceneValues, name: str, path: str, parameter: str = "base_color
 
 
 def show_in_node(values: SceneValues, name: str, path: str, node: str) -> str:
-    """The same for the Image Texture of that name in the graph of a material, behind the names of the
-    groups around it: GROUP/NODE."""
+    """The same for the Image Texture of that name in the graph of a material, behind the names of
+    the groups around it: GROUP/NODE."""
     title = f"Material '{name}'"
     owner = values.owners.get(name)
     material = datablock(bpy.data.materials, owner) if owner is not None else None
