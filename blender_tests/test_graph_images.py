@@ -20,7 +20,8 @@ SIZE = 16
 
 
 def board(tmp_path):
-    """A board before a lamp, with a tree to be linked, and an Image Texture 'Map' of 2 x 2 texels."""
+    """A board before a lamp, with a tree to be linked, and an Image Texture 'Map' of 2 x 2
+    texels."""
     filled = made.material(base_color=(0.2, 0.4, 0.7), roughness=0.4)
     mesh = bpy.data.meshes.new("Board")
     mesh.from_pydata([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [], [(0, 1, 2, 3)])

@@ -282,10 +282,9 @@ def _why_not(values: SceneValues, owner: Owner, parameter: str) -> str:
         if field_kind(parameter).is_mesh:
             request = UnknownRequest(owner.name, parameter)
             vertex_colors_unknown(values, request, FitSettings(), "")
-        else:
-            image_unknown(
-                values, UnknownRequest(owner.name, parameter, grid="1"), FitSettings(), ""
-            )
+        elif not field_kind(parameter).is_graph_image:
+            request = UnknownRequest(owner.name, parameter, grid="1")
+            image_unknown(values, request, FitSettings(), "")
     except BadInput as error:
         return "; ".join(f"{item.cause}: {item.cure}" for item in error.problems)
     return ""

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ... import parameters
-from ...fit.field_kinds import field_kind, kind_of
+from ...fit.field_kinds import NODE_IMAGE, field_kind, kind_of
 from ...parameters import Parameter
 from ...scene_read import hosts
 from ..texts import shown, translated
@@ -22,6 +22,8 @@ def label_of(row: bpy.types.PropertyGroup) -> str:
             return f"{translated('World')}: {translated('Image')}"
         if kind.is_mesh:
             return translated("Vertex Colors")
+        if kind.is_graph_image:
+            return f"{row.parameter.removesuffix(NODE_IMAGE)}: {translated('Image')}"
         if kind.is_image:
             input_of = socket_name(parameters.table()["material", kind.use])
             return f"{translated(input_of)}: {translated('Image')}"
