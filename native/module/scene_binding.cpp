@@ -32,16 +32,18 @@ int add_mesh(SceneBuilder& b, const std::string& name, const Array<float>& posit
   mesh.material_slots.assign(slots.data(), slots.data() + slots.size());
   for (const auto& [map, values] : uv_maps)
     mesh.uvs.push_back({map, rows<Vec2f>(values, who + "UV map '" + map + "'")});
-  for (const auto& [attribute, values] : colors)
+  for (const auto& [attribute, values] : colors) {
+    const std::string what = who + "colour attribute '" + attribute + "'";
+    std::vector<Colorf> own;
+    std::vector<int> elements;
+    if (const auto found = stored.find(attribute); found != stored.end()) {
+      own = rows<Colorf>(found->second.first, what + ", stored");
+      require_shape(found->second.second, what + ", elements", {-1});
+      elements.assign(found->second.second.data(),
+                      found->second.second.data() + found->second.second.size());
+    }
     mesh.colors.push_back(
-        {attribute, rows<Colorf>(values, who + "colour attribute '" + attribute + "'")});
-  for (CornerData<Colorf>& colour : mesh.colors) {
-    const auto found = stored.find(colour.name);
-    if (found == stored.end()) continue;
-    const auto& [values, elements] = found->second;
-    colour.held = rows<Colorf>(values, who + "stored colours '" + colour.name + "'");
-    require_shape(elements, who + "elements of '" + colour.name + "'", {-1});
-    colour.elements.assign(elements.data(), elements.data() + elements.size());
+        {attribute, rows<Colorf>(values, what), std::move(own), std::move(elements)});
   }
   for (const auto& [attribute, values] : vectors)
     mesh.vectors.push_back({attribute, rows<Vec3f>(values, who + "vectors '" + attribute + "'")});
