@@ -41,6 +41,11 @@ class ImageUnknown(SurfaceUnknown):
         return self.kind.channels
 
     @property
+    def is_light(self) -> bool:
+        """Whether its texels reflect or emit more where they are larger: colours of a parameter."""
+        return self.channels > 1 and not self.kind.is_graph_image
+
+    @property
     def file_stem(self) -> str:
         """Of its files' names."""
         return f"{self.stem}_{self.kind.use}"
