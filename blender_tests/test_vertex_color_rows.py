@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Colours of meshes in the panel: from a tick to the colour attribute, and back by Restore and undo."""
+"""Colours of meshes in the panel: from a tick to the colour attribute, and back."""
 
 import bpy
 import made_scenes as made

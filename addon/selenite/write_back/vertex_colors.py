@@ -44,7 +44,7 @@ def show(values: SceneValues, name: str, path: str) -> str:
     if len(colors) != len(stored):
         cause = f"its colour attribute '{attribute}' has {len(stored)} values, not {len(colors)}"
         raise BadInput(Problem(title, cause, "undo what has changed the mesh since the fit"))
-    if _CHANGED not in mesh:
+    if _CHANGED not in mesh.keys():  # noqa: SIM118 - of its custom properties
         kept = _attributes(mesh).new(_BEFORE, target.data_type, target.domain)
         # A new attribute moves those that were found before.
         target = cast("BpyStruct", hosts.color_attribute(mesh, attribute))
@@ -57,9 +57,8 @@ def show(values: SceneValues, name: str, path: str) -> str:
 
 def restore(name: str) -> None:
     """Undoes `show`; what is gone meanwhile is passed over."""
-    item = bpy.data.objects.get(name)
-    mesh = item.data if item is not None else None
-    if not isinstance(mesh, bpy.types.Mesh) or _CHANGED not in mesh:
+    mesh = _mesh_of(name)
+    if mesh is None or _CHANGED not in mesh.keys():  # noqa: SIM118 - of its custom properties
         return
     target = hosts.color_attribute(mesh, mesh[_CHANGED])
     kept = _attributes(mesh).get(_BEFORE)
@@ -74,13 +73,18 @@ def restore(name: str) -> None:
 
 def _mesh(name: str, title: str) -> bpy.types.Mesh:
     """Raises BadInput."""
-    item = bpy.data.objects.get(name)
-    mesh = item.data if item is not None else None
-    if not isinstance(mesh, bpy.types.Mesh):
+    mesh = _mesh_of(name)
+    if mesh is None:
         raise BadInput(Problem(title, "it is gone", "undo its removal"))
     if why := nodes.why_owner_fixed(mesh):
         raise BadInput(Problem(title, f"its mesh is {why}", "make it local"))
     return mesh
+
+
+def _mesh_of(name: str) -> bpy.types.Mesh | None:
+    item: bpy.types.Object | None = bpy.data.objects.get(name)
+    mesh = item.data if item is not None else None
+    return mesh if isinstance(mesh, bpy.types.Mesh) else None
 
 
 def _attributes(mesh: bpy.types.Mesh) -> BpyStruct:
