@@ -44,7 +44,7 @@ def show(values: SceneValues, name: str, path: str) -> str:
     if len(colors) != len(stored):
         cause = f"its colour attribute '{attribute}' has {len(stored)} values, not {len(colors)}"
         raise BadInput(Problem(title, cause, "undo what has changed the mesh since the fit"))
-    if _CHANGED not in mesh.keys():  # noqa: SIM118 - of its custom properties
+    if _CHANGED not in list(mesh.keys()):
         kept = _attributes(mesh).new(_BEFORE, target.data_type, target.domain)
         # A new attribute moves those that were found before.
         target = cast("BpyStruct", hosts.color_attribute(mesh, attribute))
@@ -58,7 +58,7 @@ def show(values: SceneValues, name: str, path: str) -> str:
 def restore(name: str) -> None:
     """Undoes `show`; what is gone meanwhile is passed over."""
     mesh = _mesh_of(name)
-    if mesh is None or _CHANGED not in mesh.keys():  # noqa: SIM118 - of its custom properties
+    if mesh is None or _CHANGED not in list(mesh.keys()):
         return
     target = hosts.color_attribute(mesh, mesh[_CHANGED])
     kept = _attributes(mesh).get(_BEFORE)
