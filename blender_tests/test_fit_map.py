@@ -17,12 +17,12 @@ from selenite.scene_read.build import build
 
 pytestmark = pytest.mark.blender
 
-NAME = "Body:metallic_texture"
+NAME = "Body:alpha_texture"
 
 
 def board(**values):
     """A board of 2 x 2 units that fills the camera's picture, under a grey sky."""
-    filled = made.material(**{"base_color": (0.7, 0.4, 0.2), "roughness": 0.5} | values)
+    filled = made.material(**{"base_color": (0.1, 0.1, 0.1), "roughness": 0.5} | values)
     mesh = bpy.data.meshes.new("Board")
     mesh.from_pydata([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [], [(0, 1, 2, 3)])
     layer = mesh.uv_layers.new(name="UVMap")
@@ -33,6 +33,10 @@ def board(**values):
     camera.data.type, camera.data.ortho_scale = "ORTHO", 2.6
     bpy.context.scene.render.resolution_x = bpy.context.scene.render.resolution_y = 24
     return made.add("Board", mesh)
+
+
+def inputs():
+    return made.principled(bpy.data.materials["Body"]).inputs
 
 
 def field_of(name, **values):
@@ -63,17 +67,16 @@ def test_a_fit_finds_the_numbers_and_the_saved_scene_shows_them(tmp_path, capsys
     )  # fmt: skip
     assert status == 0, report
     row = report["parameters"][NAME]
-    assert row["files"] == ["Body_metallic.png", "Body_metallic_coverage.png"]
+    assert row["files"] == ["Body_alpha.png", "Body_alpha_coverage.png"]
     found, _, about = native.image().read(f"{report['folder']}/{row['files'][0]}", as_linear=False)
     assert about["bit_depth"] == 16
     assert np.abs(found[..., :1] - truth()).max() < 0.05
     ours = report["cycles"]["photos"]["Camera"]["native_against_cycles"]
     assert abs(ours["relative_bias"]) < 6 * ours["relative_bias_noise"] + 0.005
     open_blend(str(saved))
-    socket = made.socket(bpy.data.materials["Body"], "metallic")
-    image = socket.links[0].from_node.image
+    image = inputs()["Alpha"].links[0].from_node.image
     assert hosts.is_data(image)
-    texture = made.read().materials[0].maps["metallic"].texture
+    texture = made.read().materials[0].maps["alpha"].texture
     assert not texture.encoded
     assert np.abs(texture.pixels - found).max() < 1e-4
 
@@ -105,7 +108,7 @@ def test_two_images_of_a_material_are_fitted_together(tmp_path, capsys):
     film = native.core().render(shown, "Camera", 24, 24, 256, seed=99)
     native.image().write_exr(str(tmp_path / "photo.exr"), film.image)
     status, report, _ = command(
-        capsys, "fit", path, "--fit", "Body:base_color_texture,metallic_texture",
+        capsys, "fit", path, "--fit", "Body:base_color_texture,alpha_texture",
         "--photo", f"Camera={tmp_path / 'photo.exr'}", "--height", "24", "--threads", "1",
         "--out", str(tmp_path / "out"), "--iterations", "10", "--spp", "4",
         *(text for name in names for text in ("--grid", f"{name}=2")),
@@ -115,7 +118,6 @@ def test_two_images_of_a_material_are_fitted_together(tmp_path, capsys):
     assert {name: report["parameters"][name]["texels"] for name in names} == {
         name: [2, 2] for name in names
     }
-    material = bpy.data.materials["Body"]  # as it was
-    assert not any(made.socket(material, use).is_linked for use in ("base_color", "metallic"))
+    assert not any(inputs()[name].is_linked for name in ("Base Color", "Alpha"))  # as it was
     open_blend(str(tmp_path / "fitted.blend"))
-    assert {*made.read().materials[0].maps} == {"base_color", "metallic"}
+    assert {*made.read().materials[0].maps} == {"base_color", "alpha"}
