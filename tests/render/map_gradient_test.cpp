@@ -124,13 +124,13 @@ TEST_P(Map, AgreesWithDifferencesOfRenders) {
   pairs.expect_agreement();
 }
 
-INSTANTIATE_TEST_SUITE_P(Parameters, Map,
-                         testing::Values(MapCase{"roughness"}, MapCase{"metallic"},
-                                         MapCase{"transmission"}, MapCase{"specular_level"},
-                                         MapCase{"subsurface_weight"}, MapCase{"alpha"},
-                                         MapCase{"emission_color"},
-                                         MapCase{"metallic", {0, 0, 0, 0}},
-                                         MapCase{"roughness", {0.5f, 0.7f, 0.6f, 0.8f}, true}));
+INSTANTIATE_TEST_SUITE_P(
+    Parameters, Map,
+    testing::Values(MapCase{"roughness"}, MapCase{"metallic"}, MapCase{"transmission"},
+                    MapCase{"specular_level"},
+                    MapCase{.parameter = "subsurface_weight", .spp = 500}, MapCase{"alpha"},
+                    MapCase{"emission_color"}, MapCase{"metallic", {0, 0, 0, 0}},
+                    MapCase{"roughness", {0.5f, 0.7f, 0.6f, 0.8f}, true, 0.08f, 900}));
 
 TEST(MapGradient, SeveralMapsOfAMaterialHaveTheirOwnDerivatives) {
   Material m = wax();

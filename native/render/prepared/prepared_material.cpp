@@ -263,11 +263,10 @@ std::vector<PreparedMaterial<L>> prepare_materials(const Scene& scene, const Slo
     if constexpr (is_taped(L)) {
       prepared.unknown_maps = unknown_maps_of(scene, unknown, index);
       prepared.unknown_colors = unknown_colors_of(scene, unknown);
+      // Alpha and coats dim it; a base colour leaves it alone.
       prepared.unknown_emission =
           std::ranges::any_of(prepared.unknown_maps, [&](const UnknownMap& one) {
-            return material.shader ||
-                   one.map->field == material_field(&MaterialValues::emission_color) ||
-                   one.map->field == material_field(&MaterialValues::emission_strength);
+            return material.shader || one.map->field != material_field(&MaterialValues::base_color);
           });
     }
     if (material.shader) {
