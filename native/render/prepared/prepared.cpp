@@ -109,8 +109,9 @@ LightSet lights_of(const Scene& scene, const LightRadiance<L>& emitted,
       continue;
     }
     const auto light = material.values.emission_color * material.values.emission_strength;
-    const bool ticked = has_slope(light) || material.unknown_emission,
-               emits = ticked || max_channel(value_of(light)) > 0;
+    const bool shines = max_channel(value_of(light)) > 0;
+    const bool ticked = has_slope(light) || (shines && material.unknown_emission);
+    const bool emits = ticked || shines;
     set.materials.push_back(emits ? use(ticked) : LightUse::kNone);
   }
   if (appearance.world.on) set.world = use(emitted.is_world_ticked());
