@@ -16,10 +16,12 @@ namespace selenite {
 namespace {
 
 using NamedArrays = std::vector<std::pair<std::string, Array<float>>>;
+using StoredColors = std::map<std::string, std::pair<Array<float>, Array<int>>>;
 
 int add_mesh(SceneBuilder& b, const std::string& name, const Array<float>& positions,
              const Array<int>& triangles, const Array<float>& normals, const Array<int>& slots,
-             const NamedArrays& uv_maps, const NamedArrays& colors, const NamedArrays& vectors) {
+             const NamedArrays& uv_maps, const NamedArrays& colors, const NamedArrays& vectors,
+             const StoredColors& stored) {
   const std::string who = "Mesh '" + name + "': ";
   Mesh mesh;
   mesh.name = name;
@@ -30,9 +32,19 @@ int add_mesh(SceneBuilder& b, const std::string& name, const Array<float>& posit
   mesh.material_slots.assign(slots.data(), slots.data() + slots.size());
   for (const auto& [map, values] : uv_maps)
     mesh.uvs.push_back({map, rows<Vec2f>(values, who + "UV map '" + map + "'")});
-  for (const auto& [attribute, values] : colors)
+  for (const auto& [attribute, values] : colors) {
+    const std::string what = who + "colour attribute '" + attribute + "'";
+    std::vector<Colorf> own;
+    std::vector<int> elements;
+    if (const auto found = stored.find(attribute); found != stored.end()) {
+      own = rows<Colorf>(found->second.first, what + ", stored");
+      require_shape(found->second.second, what + ", elements", {-1});
+      elements.assign(found->second.second.data(),
+                      found->second.second.data() + found->second.second.size());
+    }
     mesh.colors.push_back(
-        {attribute, rows<Colorf>(values, who + "colour attribute '" + attribute + "'")});
+        {attribute, rows<Colorf>(values, what), std::move(own), std::move(elements)});
+  }
   for (const auto& [attribute, values] : vectors)
     mesh.vectors.push_back({attribute, rows<Vec3f>(values, who + "vectors '" + attribute + "'")});
   return b.add_mesh(std::move(mesh));
@@ -110,10 +122,14 @@ void bind_builder(py::module_& m) {
   builder.def(py::init<>())
       .def("add_mesh", &add_mesh, "name"_a, "positions"_a, "triangles"_a, "corner_normals"_a,
            "material_slots"_a, "uv_maps"_a = NamedArrays{}, "colors"_a = NamedArrays{},
-           "vectors"_a = NamedArrays{}, py::call_guard<py::gil_scoped_release>(),
+           "vectors"_a = NamedArrays{}, "stored_colors"_a = StoredColors{},
+           py::call_guard<py::gil_scoped_release>(),
            "(n,3) float32, (m,3) int32, (3m,3) float32 unit, (m,) int32, UV maps [(name, (3m,2))] "
            "and linear colour attributes [(name, (3m,3))], the active ones first; vectors that a "
-           "shader asks for by name, likewise; object space.")
+           "shader asks for by name, likewise; object space. stored_colors: {colour attribute: "
+           "((n,3) the "
+           "values that it holds, (3m,) the one that each corner shows)}, of those that a fit "
+           "changes.")
       .def(
           "add_point_light",
           [](SceneBuilder& b, const std::string& name, const Array<double>& matrix, double power,
@@ -213,14 +229,31 @@ void bind_scene(py::module_& m) {
           "density. ValueError: it has none, another size, or a value out of range.")
       .def(
           "with_image",
-          [](const Scene& s, const std::string& material, const Array<float>& pixels) {
-            const Texture& image = *s.image({s.material(material)}).texture;
-            require_shape(pixels, "pixels", {image.height(), image.width(), 3});
-            return s.with_image({s.material(material)}, colors_of(pixels));
+          [](const Scene& s, const std::string& material, const Array<float>& pixels,
+             const std::string& parameter) {
+            const ImageRef ref = s.image_named(s.material(material), parameter);
+            const Texture& image = *s.image(ref).texture;
+            require_shape(pixels, "pixels", {image.height(), image.width(), s.channels(ref)});
+            if (s.channels(ref) == 3) return s.with_image(ref, colors_of(pixels));
+            return s.with_image(ref,
+                                std::vector<Colorf>(pixels.data(), pixels.data() + pixels.size()));
           },
-          "material"_a, "pixels"_a,
-          "Scene with other texels of a base colour's image, (h, w, 3) as it holds them, row 0 at "
-          "the top. ValueError: no such image, another size, a number that is not finite.")
+          "material"_a, "pixels"_a, "parameter"_a = kBaseColorTexture,
+          "Scene with other texels of an image, (h, w, 3), or (h, w, 1) of a number, as it holds "
+          "them, row 0 at the top. KeyError: no such name. ValueError: no such image, another "
+          "size, "
+          "a number that is not finite.")
+      .def(
+          "with_vertex_colors",
+          [](const Scene& s, const std::string& object, const Array<float>& colors) {
+            const int mesh =
+                s.geometry->instances()[static_cast<std::size_t>(s.object(object))].mesh;
+            return s.with_vertex_colors({mesh}, rows<Colorf>(colors, "colors"));
+          },
+          "object"_a, "colors"_a,
+          "Scene with other colours of a mesh, (n, 3) linear, one for each vertex or corner. "
+          "KeyError: no such object. ValueError: no colour attribute, another number, one that is "
+          "not finite.")
       .def(
           "project",
           [](const Scene& s, const std::string& camera, int width, int height,

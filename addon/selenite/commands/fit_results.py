@@ -16,7 +16,7 @@ from ..fit import trust
 from ..fit.capture_render import as_found
 from ..fit.checkpoint import Recorder
 from ..fit.field_kinds import IN_PLACE_OF
-from ..fit.fields import EnvironmentUnknown, ImageUnknown, fitted_grids
+from ..fit.fields import EnvironmentUnknown, SurfaceUnknown, fitted_grids
 from ..fit.job import fitted_values
 from ..fit.plan import FitPlan
 from ..parameters import Values, join_name
@@ -203,19 +203,18 @@ def _show(
     result: FinishedFit,
     folder: Path,
 ) -> list[str]:
-    """Fitted grids as Volume objects, where that is possible, fitted images as image nodes; what
-    was done, line by line."""
+    """Fitted grids as Volume objects, where that is possible, fitted images as image nodes, colours
+    in their meshes; what was done, line by line."""
     if not plan.fields:
         return []
-    from ..write_back import environments
+    from ..write_back import environments, surfaces
     from ..write_back import grids as grid_objects
-    from ..write_back import images as image_nodes
 
     lines = []
     grids = fitted_grids(plan.fields, result.fields)
     shows = [
         *(partial(grid_objects.show, scene, values, *item, folder) for item in grids.items()),
-        *(partial(image_nodes.show, values, *item) for item in _images(plan, folder).items()),
+        *(partial(surfaces.show, values, *item) for item in _surfaces(plan, folder).items()),
         *(partial(environments.show, scene, values, path) for path in _environment(plan, folder)),
     ]
     for show in shows:
@@ -231,25 +230,24 @@ def _show(
 def _hide(scene: BpyStruct, plan: FitPlan) -> None:
     """Undoes `_show` in the open scene, so that the check finds what was fitted."""
     if plan.fields:
-        from ..write_back import environments
+        from ..write_back import environments, surfaces
         from ..write_back import grids as grid_objects
-        from ..write_back import images as image_nodes
 
         for item in plan.fields:
-            if item.kind.is_image:
-                image_nodes.restore(item.owner)
+            if item.kind.is_surface:
+                surfaces.restore(item.name)
             elif item.kind.is_environment:
                 environments.restore(scene)
             else:
                 grid_objects.restore(scene, item.owner)
 
 
-def _images(plan: FitPlan, folder: Path) -> dict[str, str]:
-    """Material -> file of its fitted image."""
+def _surfaces(plan: FitPlan, folder: Path) -> dict[str, str]:
+    """Name -> file of each fitted image and of the fitted colours of each mesh."""
     return {
-        item.owner: str(folder / item.files[0])
+        item.name: str(folder / item.files[0])
         for item in plan.fields
-        if isinstance(item, ImageUnknown)
+        if isinstance(item, SurfaceUnknown)
     }
 
 
@@ -277,11 +275,11 @@ def _check(
         return
     grids = fitted_grids(plan.fields, result.fields)
     try:
-        images = _images(plan, folder)
+        found_on = _surfaces(plan, folder)
         taken = [as_found(item, result.fit) for item in plan.captures]
         written = _single_values(values, plan, result)
         environment = next(iter(_environment(plan, folder)), "")
-        job = check.CheckJob(scene, plan.request, written, grids, images, taken, environment)
+        job = check.CheckJob(scene, plan.request, written, grids, found_on, taken, environment)
         try:
             job.start()
             with bar("Cycles") as shown:

@@ -42,7 +42,7 @@ class CheckJob(BlenderProcess):
         request: RunRequest,
         values: Mapping[tuple[str, str], Values],
         grids: Mapping[str, Mapping[str, GridValues]] | None = None,
-        images: Mapping[str, str] | None = None,
+        surfaces: Mapping[str, str] | None = None,
         taken: Sequence[Capture] = (),
         environment: str = "",
     ) -> None:
@@ -62,7 +62,7 @@ class CheckJob(BlenderProcess):
                 "run": request.as_json(),
                 "values": {parameters.join_name(*key): value for key, value in values.items()},
                 "grids": self._keep_grids(grids or {}),
-                "images": dict(images or {}),
+                "surfaces": dict(surfaces or {}),
                 "taken": {
                     item.id: {"gain": item.gain, "alignment": item.alignment} for item in taken
                 },

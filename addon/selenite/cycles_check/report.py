@@ -22,7 +22,7 @@ class CheckRequest(TypedDict):
     run: dict[str, object]
     values: dict[str, list[float]]
     grids: dict[str, dict[str, GridFile]]
-    images: dict[str, str]
+    surfaces: dict[str, str]
     taken: dict[str, dict[str, list[float]]]
     environment: str
 

@@ -39,14 +39,14 @@ def run(folder: Path, request: CheckRequest, note: Callable[[float, str], None])
     from selenite.fit.fields import with_grids
     from selenite.fit.plan import build_scene
     from selenite.fit.request import RunRequest
+    from selenite.fit.unknowns import fitted_owners
     from selenite.paths import file_stems
     from selenite.problems import BadInput
     from selenite.report.pictures import sheet
     from selenite.scene_read.blend_file import open_blend
     from selenite.scene_read.scene import read_scene
-    from selenite.write_back import environments
+    from selenite.write_back import environments, surfaces
     from selenite.write_back import grids as grid_objects
-    from selenite.write_back import images as image_nodes
 
     open_blend(str(folder / "scene.blend"), scripts=request["scripts"])
     scene = bpy.data.scenes[request["scene"]]
@@ -57,7 +57,7 @@ def run(folder: Path, request: CheckRequest, note: Callable[[float, str], None])
     values = {parameters.split_name(name): tuple(v) for name, v in request["values"].items()}
     read = read_scene(scene, options=wanted.reading)
     write_back.write(scene, read.owners, values)
-    shown = [image_nodes.show(read, name, path) for name, path in request["images"].items()]
+    shown = [surfaces.show(read, name, path) for name, path in request["surfaces"].items()]
     if request.get("environment"):
         shown.append(environments.show(scene, read, request["environment"]))
     read = read_scene(scene, options=wanted.reading)
@@ -69,7 +69,7 @@ def run(folder: Path, request: CheckRequest, note: Callable[[float, str], None])
         problems,
         [],
         packed_photos(),
-        {item.owner for item in wanted.unknowns},
+        fitted_owners(read, wanted.unknowns),
     )
     if problems:
         raise BadInput(problems)

@@ -29,7 +29,7 @@ from .request import RunRequest, UnknownRequest
 from .staging import plan as stage_plan
 from .staging.colour_first import with_colours
 from .staging.plan import Stage
-from .unknowns import Unknown, choose, usual_requests
+from .unknowns import Unknown, choose, fitted_owners, usual_requests
 
 if TYPE_CHECKING:
     from .._core import Scene
@@ -102,7 +102,7 @@ def prepare(
         sizes = [size for camera in values.cameras for size in (camera.width, camera.height)]
         if (request.captures and not good) or min(sizes, default=1) < 1:
             return []  # it has been told why
-        owners = {item.owner for item in requests}
+        owners = fitted_owners(values, requests)
         return read_captures(
             values, good, height, problems, warn, packed or {}, owners, go_on=go_on
         )
@@ -169,7 +169,7 @@ def _azimuths(values: SceneValues, captures: Sequence[Capture]) -> dict[str, flo
 
 def _transmits(values: SceneValues, requests: Sequence[UnknownRequest]) -> bool:
     """Whether light passes through a fitted material, or a fit may find that it does."""
-    owners = {item.owner for item in requests}
+    owners = fitted_owners(values, requests)
     return any(item.parameter == "transmission" for item in requests) or any(
         "transmission" in item.maps or item.values.get("transmission", (0.0,))[0] > 0
         for item in values.materials
@@ -179,7 +179,7 @@ def _transmits(values: SceneValues, requests: Sequence[UnknownRequest]) -> bool:
 
 def _has_medium(values: SceneValues, requests: Sequence[UnknownRequest]) -> bool:
     """Whether a fitted material holds a medium."""
-    owners = {item.owner for item in requests}
+    owners = fitted_owners(values, requests)
     return any(
         item.grids or max(item.values.get("extinction", (0.0,))) > 0
         for item in values.materials
@@ -196,7 +196,7 @@ def _suspicions(
         item.id for item in asked if not (item.mask or item.background) and item.silhouette is None
     }
     free = {item.id for item in asked if item.gain not in ("", "none")}
-    owners = {item.owner for item in request.unknowns}
+    owners = fitted_owners(values, request.unknowns)
     silhouettes = Silhouettes(values, owners)
     lit = not owners <= {item.name for item in values.materials}
     depth, threads = request.settings.depth, request.settings.threads

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ from ..messages import control, remark, thing
 from ..parameters import Parameter, Values
 from ..problems import Problem, Reason, choice, listed
 from ..scene_read.values import Owner, SceneValues
-from .field_kinds import KINDS
+from .field_kinds import KINDS, kind_of
 from .request import UnknownRequest
 from .settings import FitSettings
 
@@ -154,6 +154,21 @@ def find_parameter(
         problems.append(Problem(title, cause, choice(name, names)))
         return None
     return owner, parameter
+
+
+def fitted_owners(scene: SceneValues, requests: Iterable[UnknownRequest]) -> set[str]:
+    """Materials, lights and the world of which something is fitted; of an object, all its
+    materials."""
+    found: set[str] = set()
+    for item in requests:
+        kind = kind_of(item.parameter)
+        if kind is None or kind.of != "object":
+            found.add(item.owner)
+            continue
+        for part in scene.objects:
+            if part.name == item.owner:
+                found.update(part.materials)
+    return found
 
 
 def of_object(scene: SceneValues, name: str) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..fit import fields as all_fields
 from ..fit.checkpoint import RESULT
-from ..fit.field_kinds import IN_PLACE_OF, KINDS
+from ..fit.field_kinds import IN_PLACE_OF, kind_of
 from ..fit.request import UnknownRequest
 from ..fit.settings import FitSettings
 from ..fit.unknowns import choose
@@ -29,7 +29,7 @@ def at_result(
     constants, requests = {}, []
     for name, row in rows.items():
         owner, parameter = split_name(name)
-        if parameter in KINDS:
+        if kind_of(parameter) is not None:
             file = str(folder / _file_of(name, row, folder))
             requests.append(UnknownRequest(owner, parameter, grid=file))
         elif join_name(owner, IN_PLACE_OF.get(parameter, "")) not in rows:
@@ -50,7 +50,7 @@ def field_files(folder: Path) -> dict[str, Path]:
     return {
         name: folder / _file_of(name, row, folder)
         for name, row in _parameters(folder).items()
-        if split_name(name)[1] in KINDS
+        if kind_of(split_name(name)[1]) is not None
     }
 
 

@@ -57,8 +57,9 @@ def widened(
         return result
     wider = {item.id: 0.0 for item in plan.captures}
     base = result.scene(plan)
-    for index, field in enumerate(plan.fields):
-        progress(f"gains beside {field.name}", index / len(plan.fields))
+    fields = [item for item in plan.fields if not isinstance(item, ImageUnknown) or item.is_light]
+    for index, field in enumerate(fields):
+        progress(f"gains beside {field.name}", index / len(fields))
         values = result.fields[field.name]
         dimmed = field.placed(base, _dimmed(field, values))
         changes = {item.id: change(plan, result.fit, item, base, dimmed) for item in plan.captures}

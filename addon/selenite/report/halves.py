@@ -19,7 +19,7 @@ from .. import native
 from ..capture.prepared import Capture
 from ..fit.capture_render import as_found, evaluator
 from ..fit.fields import EnvironmentUnknown, FieldUnknown, ImageUnknown
-from ..fit.fields.images import seen
+from ..fit.fields.seen import seen
 from ..fit.plan import FitPlan
 from ..messages import message
 
@@ -85,8 +85,12 @@ def of_images(
 ) -> dict[str, Halves]:
     """By the image's name; none of a single photo. Photos take turns, as lists run round a body.
     scene: with the fitted values."""
-    kinds = (ImageUnknown, EnvironmentUnknown)
-    images = [item for item in plan.fields if isinstance(item, kinds)]
+    images = [
+        item
+        for item in plan.fields
+        if isinstance(item, EnvironmentUnknown)
+        or (isinstance(item, ImageUnknown) and item.is_light)
+    ]
     if not images or len(plan.captures) < 2:  # noqa: PLR2004 - two halves
         return {}
     found = {}

@@ -19,7 +19,8 @@ from ..environments import sphere
 from ..fit import trust
 from ..fit.capture_render import as_found, evaluator
 from ..fit.checkpoint import RESULT
-from ..fit.fields import EnvironmentUnknown, FieldUnknown, environment, images
+from ..fit.fields import EnvironmentUnknown, FieldUnknown, environment
+from ..fit.fields import seen as surfaces
 from ..fit.plan import FitPlan, paths_traced
 from ..parameters import Values
 from ..paths import file_stems
@@ -43,8 +44,8 @@ def finished(
     result: FinishedFit,
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> FinishedFit:
-    """With those texels of its images that no photo sees kept or filled, those of the world's
-    continued from the others, and what photos see of each (see `fields.images`). Renders where
+    """With what no photo sees of its images and meshes kept or filled, texels of the world's
+    continued from the others, and what photos see of each (see `fields.seen`). Renders where
     there are images. Unless it was stopped also wider intervals of gains beside fields, how far
     halves of the photos agree, and the photos that the fit has not seen beside their renders."""
     doubts = aligned.doubtful(plan.captures, result.fit)
@@ -70,13 +71,13 @@ def finished(
 def _with_images(
     plan: FitPlan, result: FinishedFit, progress: Callable[[str, float], None]
 ) -> FinishedFit:
-    if not any(item.kind.is_image or item.kind.is_environment for item in plan.fields):
+    if not any(item.kind.is_surface or item.kind.is_environment for item in plan.fields):
         return result
     best = result.fit.fields_best
     means = {item.name: item.mean(best[item.name]) for item in plan.fields}
     scene = result.scene(plan)
     captures = [as_found(item, result.fit) for item in plan.captures]
-    final, coverage = images.finished(plan.fields, best, scene, captures, progress)
+    final, coverage = surfaces.finished(plan.fields, best, scene, captures, progress)
     for item in plan.fields:
         if isinstance(item, EnvironmentUnknown):
             found = coverage[item.name] = environment.coverage(item, scene, captures)

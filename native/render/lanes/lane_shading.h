@@ -206,7 +206,8 @@ class LaneShading {
       const HitPacket& hits = vertices[packet].hits;
       const Hit hit{hits.instance[lane], hits.triangle[lane], hits.b1[lane], hits.b2[lane],
                     hits.t[lane]};
-      const Colorf found = mapped_color(material.maps->back(), p_.geometry, hit);
+      const Colorf found =
+          mapped_color(material.maps->back(), p_.geometry, p_.scene.appearance.mesh_colors, hit);
       for (int c = 0; c < 3; ++c) color[c].set(i, clamp01(found[c]));
     }
     const auto index = static_cast<std::size_t>(&material - p_.materials.data());

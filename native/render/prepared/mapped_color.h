@@ -3,10 +3,12 @@
 
 #include "scene/geometry.h"
 #include "scene/texture.h"
+#include "scene/vertex_colors.h"
 
 namespace selenite {
 
 /// What an image or a colour attribute of a material holds at a hit.
-Colorf mapped_color(const FieldMap& map, const Geometry& geometry, const Hit& hit);
+Colorf mapped_color(const FieldMap& map, const Geometry& geometry, const MeshColors& mesh_colors,
+                    const Hit& hit);
 
 }  // namespace selenite

@@ -12,6 +12,7 @@ from ...capture.prepared import Capture, read_captures
 from ...fit.plan import FitPlan, prepare
 from ...fit.request import RunRequest
 from ...fit.settings import PRESETS, FitSettings
+from ...fit.unknowns import fitted_owners
 from ...messages import thing
 from ...problems import BadInput, Problem
 from ...scene_read.values import SceneValues
@@ -37,7 +38,7 @@ def trade_of(
     def captures_at(height: int) -> list[Capture]:
         if empty is not None:
             return empty(height)
-        owners = {item.owner for item in request.unknowns}
+        owners = fitted_owners(values, request.unknowns)
         return read_captures(values, request.captures, height, [], [], packed, owners)
 
     plan = prepare(values, request, packed, empty)

@@ -14,6 +14,7 @@ from ...capture.prepared import read_captures
 from ...capture.request import CaptureRequest, with_ids
 from ...fit.request import read_run
 from ...fit.settings import with_overrides
+from ...fit.unknowns import fitted_owners
 from ...paths import absolute
 from ...problems import BadInput, Problem, listed
 from ...report import hold_out
@@ -56,7 +57,7 @@ def compared(args: argparse.Namespace) -> tuple[hold_out.Comparison, Path]:
 
     from ...capture.scene_captures import packed_photos
 
-    owners = {item.owner for item in request.unknowns}
+    owners = fitted_owners(values, request.unknowns)
     captures = read_captures(
         values, asked, settings.height, problems, values.warnings, packed_photos(), owners
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...fit.checkpoint import RESULT
-from ...fit.field_kinds import KINDS
+from ...fit.field_kinds import field_kind
 from ...fit.request import UnknownRequest
 from ...parameters import split_name
 from ...paths import absolute, is_folder
@@ -42,9 +42,8 @@ def begin_at(scene: BpyStruct, values: SceneValues, folder: Path) -> SceneValues
     images, grids, the world's image. Returns the scene as it is now. Raises BadInput."""
     from ... import write_back
     from ...scene_read.scene import read_scene
-    from ...write_back import environments
+    from ...write_back import environments, surfaces
     from ...write_back import grids as grid_objects
-    from ...write_back import images as image_nodes
 
     found, constants = at_result(values, folder)
     files = field_files(folder)
@@ -53,9 +52,9 @@ def begin_at(scene: BpyStruct, values: SceneValues, folder: Path) -> SceneValues
     with_grids = set()
     for name, file in files.items():
         owner, parameter = split_name(name)
-        if KINDS[parameter].is_image:
-            shows.append(partial(image_nodes.show, values, owner, str(file)))
-        elif KINDS[parameter].is_environment:
+        if field_kind(parameter).is_surface:
+            shows.append(partial(surfaces.show, values, name, str(file)))
+        elif field_kind(parameter).is_environment:
             shows.append(partial(environments.show, scene, values, str(file), is_final=False))
         else:
             with_grids.add(owner)
@@ -80,7 +79,7 @@ def starting_there(
         replace(item, grid=str(files[name]))
         if not item.grid
         and (name := f"{item.owner}:{item.parameter}") in files
-        and KINDS[item.parameter].is_grid
+        and field_kind(item.parameter).is_grid
         else item
         for item in unknowns
     )

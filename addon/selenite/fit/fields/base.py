@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every unknown with a value at each place has: grids of a medium, images of a surface."""
+"""What every unknown with a value at each place has: grids, images, colours of meshes."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class FieldUnknown(ABC):
 
     @abstractmethod
     def write(self, folder: Path, values: np.ndarray, coverage: np.ndarray | None) -> None:
-        """Writes them. coverage: of an image, see `images.coverage`. Raises OSError."""
+        """Writes them. coverage: of a surface, see `seen.coverage`. Raises OSError."""
 
     @abstractmethod
     def about(self, values: np.ndarray, coverage: np.ndarray | None) -> dict[str, object]:

@@ -1,27 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The image of a base colour as an unknown, and which of its texels the photos see."""
+"""Images of a material's parameters as unknowns."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ... import native
-from ...capture.prepared import Capture
+from ... import native, parameters
 from ...parameters import Values
 from ...paths import file_stems
 from ...problems import BadInput, Problem, Reason, listed
-from ...scene_read.values import MapValues, Owner, SceneValues, TextureValues
-from ..field_kinds import KINDS
+from ...scene_read.values import MapValues, Owner, SceneValues, TextureValues, greyed
+from ..field_kinds import field_kind
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from .base import (
     ONE_START,
-    FieldUnknown,
     is_share,
     material_of,
     means,
@@ -30,26 +27,37 @@ from .base import (
     share_bounds,
     whole_number,
 )
+from .seen import SurfaceUnknown, unseen_of, usual_coverage
 
 if TYPE_CHECKING:
     from ..._core import Scene
 
 #: Texels along each side where the request names none, and at most.
 USUAL_TEXELS, MOST_TEXELS = 256, 8192
-UNSEEN = ("keep", "fill")
-#: Samples of a pixel that tell the coverage, and the share of the usual texel's below which a texel
-#: counts as not seen: what steps of a fit do to it is noise for the most part
-#: (docs/measurements/fields.md).
-_COVERAGE_SPP, _HARDLY_SEEN = 4, 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class ImageUnknown(FieldUnknown):
-    """`start`: the map of the base colour, its texels as the image holds them. `unseen`: what
-    becomes of those that no photo sees, see UnknownRequest."""
+class ImageUnknown(SurfaceUnknown):
+    """`start`: the map of the parameter, its texels as the image holds them; where it gives a
+    number,
+    grey and linear."""
 
     start: MapValues
-    unseen: str
+
+    @property
+    def channels(self) -> int:
+        """Numbers of a texel."""
+        return self.kind.channels
+
+    @property
+    def is_light(self) -> bool:
+        """Whether its texels reflect or emit more where they are larger: colours of a parameter."""
+        return self.channels > 1 and not self.kind.is_graph_image
+
+    @property
+    def file_stem(self) -> str:
+        """Of its files' names."""
+        return f"{self.stem}_{self.kind.use}"
 
     @property
     def texture(self) -> TextureValues:
@@ -59,13 +67,14 @@ class ImageUnknown(FieldUnknown):
 
     @property
     def values(self) -> np.ndarray:
-        """(h, w, 3), row 0 at the top."""
-        return self.texture.pixels
+        """(h, w, 3), or (h, w, 1) of a number, row 0 at the top."""
+        return self.texture.pixels[..., : self.channels]
 
     def starting_at(self, values: np.ndarray) -> ImageUnknown:
         """This image with another start."""
+        pixels = np.ascontiguousarray(np.broadcast_to(values, (*values.shape[:2], 3)))
         return replace(
-            self, start=replace(self.start, texture=replace(self.texture, pixels=values))
+            self, start=replace(self.start, texture=replace(self.texture, pixels=pixels))
         )
 
     def in_scene(self, scene: SceneValues) -> SceneValues:
@@ -80,11 +89,15 @@ class ImageUnknown(FieldUnknown):
 
     def placed(self, scene: Scene, values: np.ndarray) -> Scene:
         """The native scene, which has the image, with other texels in it."""
-        return scene.with_image(self.owner, values)
+        return scene.with_image(self.owner, values, self.kind.parameter)
 
     def stored(self, colour: Values) -> np.ndarray:
         """In sRGB where the image is."""
-        return _stored(colour, self.texture.encoded)
+        return stored_colour(colour, self.texture.encoded)
+
+    def completed(self, values: np.ndarray, known: np.ndarray) -> np.ndarray:
+        """Filled smoothly from the nearest texels that are known."""
+        return inpainted(values, known)
 
     def mean(self, values: np.ndarray) -> Values:
         """Of the linear colours."""
@@ -93,44 +106,44 @@ class ImageUnknown(FieldUnknown):
     @property
     def files(self) -> list[str]:
         """The image, and a picture of what the photos see of it."""
-        stem = f"{self.stem}_{self.kind.use}"
-        return [f"{stem}{'.png' if self.texture.encoded else '.exr'}", f"{stem}_coverage.png"]
+        stem, is_png = self.file_stem, self.texture.encoded or self.channels == 1
+        return [f"{stem}{'.png' if is_png else '.exr'}", f"{stem}_coverage.png"]
 
     def write(self, folder: Path, values: np.ndarray, coverage: np.ndarray | None) -> None:
-        """An sRGB image as PNG of 16 bits, any other as EXR. Raises OSError."""
+        """An sRGB image, and numbers as they are, as PNG of 16 bits; any other as EXR. Raises
+        OSError."""
         image, seen = (str(folder / name) for name in self.files)
-        if self.texture.encoded:
-            native.image().write_png(image, native.image().srgb_decode(values), bit_depth=16)
+        if image.endswith(".png"):
+            pixels = np.broadcast_to(values, (*values.shape[:2], 3)).astype(np.float32)
+            native.image().write_png(image, native.image().srgb_decode(pixels), bit_depth=16)
         else:
             native.image().write_exr(image, np.ascontiguousarray(values))
         if coverage is not None:
-            usual = _usual(coverage)
+            usual = usual_coverage(coverage)
             grey = np.clip(coverage / (2 * usual), 0, 1) if usual > 0 else coverage
             native.image().write_png(seen, native.image().srgb_decode(grey.astype(np.float32)))
 
     def about(self, values: np.ndarray, coverage: np.ndarray | None) -> dict[str, object]:
         """Texels across and down, the share of them that the photos see, and the files."""
         files = self.files if coverage is not None else self.files[:1]
-        of_coverage = {} if coverage is None else {"seen": float(seen(coverage).mean())}
-        return {"texels": [int(n) for n in values.shape[1::-1]], **of_coverage, "files": files}
+        size = [int(n) for n in values.shape[1::-1]]
+        return {"texels": size, **self.share_seen(coverage), "files": files}
 
 
 def image_unknown(
     scene: SceneValues, request: UnknownRequest, settings: FitSettings, title: str
 ) -> ImageUnknown:
     """The image that a request asks for, with its start. Raises BadInput."""
-    kind = KINDS[request.parameter]
+    kind = field_kind(request.parameter)
     owner = material_of(scene, request, title)
     low, high = share_bounds(request, title)
     rate = rate_of(request, settings, title)
-    if request.unseen not in ("", *UNSEEN):
-        cause = f"what becomes of unseen texels is '{request.unseen}'"
-        raise BadInput(Problem(title, cause, f"give {listed(UNSEEN)}"))
     start = _start(scene, owner, request, title)
     assert start.texture is not None  # noqa: S101 - `_start` gives one
-    pixels = np.clip(start.texture.pixels, np.float32(low), np.float32(high))
+    texture = start.texture if kind.channels > 1 else numbers_of(start.texture)
+    pixels = np.clip(texture.pixels, np.float32(low), np.float32(high))
     material = next(item for item in scene.materials if item.name == owner.name)
-    of_scene = "base_color" in material.maps and not request.grid and request.start is None
+    of_scene = kind.use in material.maps and not request.grid and request.start is None
     of_file = bool(request.grid) and not request.grid.isdecimal()
     filled = replace(
         request,
@@ -138,56 +151,12 @@ def image_unknown(
         minimum=low,
         maximum=high,
         learning_rate=rate,
-        unseen=request.unseen or ("keep" if of_scene or of_file else "fill"),
+        unseen=unseen_of(request, of_scene or of_file, title),
     )
     return ImageUnknown(
         owner.name, kind, low, high, rate, 1.0, filled, file_stems(scene.owners)[owner.name],
-        replace(start, texture=replace(start.texture, pixels=pixels)), filled.unseen,
+        filled.unseen, replace(start, texture=replace(texture, pixels=pixels)),
     )  # fmt: skip
-
-
-def coverage(field: ImageUnknown, scene: Scene, captures: Sequence[Capture]) -> np.ndarray:
-    """(h, w) float32: what all photos, pixels weighted as they count, change by with a texel.
-
-    scene: native, with the image. The sum over the photos of the derivative of each one's mean.
-    """
-    total = np.zeros(field.values.shape[:2])
-    evaluator = native.core().Evaluator(scene)
-    for item in captures:
-        _, texels = evaluator.gradient(
-            item.native(), field.owner, field.kind.parameter, _COVERAGE_SPP
-        )
-        total += np.abs(texels).mean(axis=2)
-    return total.astype(np.float32)
-
-
-def seen(found: np.ndarray) -> np.ndarray:
-    """(h, w) bool: the texels that photos tell something of."""
-    return found > _HARDLY_SEEN * _usual(found)
-
-
-def finished(
-    fields: Sequence[FieldUnknown],
-    arrays: Mapping[str, np.ndarray],
-    scene: Scene,
-    captures: Sequence[Capture],
-    progress: Callable[[str, float], None] = lambda _text, _fraction: None,
-) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """(fields with what no photo sees kept or filled, coverage of the images), both by name.
-
-    arrays: the fitted fields by name. scene: native, with them.
-    """
-    final, found = dict(arrays), {}
-    images = [item for item in fields if isinstance(item, ImageUnknown)]
-    for index, item in enumerate(images):
-        progress(f"what the photos see of {item.name}", index / len(images))
-        found[item.name] = coverage(item, scene, captures)
-        known = seen(found[item.name])
-        if item.unseen == "fill":
-            final[item.name] = inpainted(arrays[item.name], known)
-        else:
-            final[item.name] = np.where(known[..., None], arrays[item.name], item.values)
-    return final, found
 
 
 def inpainted(values: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -222,33 +191,38 @@ def _halved(values: np.ndarray) -> np.ndarray:
     return padded.reshape((height + 1) // 2, 2, (width + 1) // 2, 2, -1).sum(axis=(1, 3))
 
 
-def _usual(found: np.ndarray) -> float:
-    """Of a texel that is seen; 0 where none is."""
-    positive = found[found > 0]
-    return float(np.median(positive)) if positive.size else 0.0
+def numbers_of(texture: TextureValues) -> TextureValues:
+    """The image with the numbers that a socket takes of it, linear, in all channels."""
+    pixels = texture.pixels
+    linear = native.image().srgb_decode(pixels) if texture.encoded else pixels
+    is_grey = bool((linear == linear[..., :1]).all())
+    return replace(
+        texture, encoded=False, pixels=linear if is_grey else greyed(linear, "luminance")
+    )
 
 
 def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str) -> MapValues:
     """From a file, from the scene, or one colour in as many texels as asked for."""
+    kind = field_kind(request.parameter)
+    words = kind.use.replace("_", " ").replace("color", "colour")
     material = next(item for item in scene.materials if item.name == owner.name)
-    own = material.maps.get("base_color")
-    if own is not None and own.grey:
-        cause = "a socket on the way to the Base Color makes its colours grey"
+    own = material.maps.get(kind.use)
+    if own is not None and own.grey and kind.channels > 1:
+        label = parameters.table()["material", kind.use].sockets[0]
+        cause = f"a socket on the way to the {label} makes its colours grey"
         raise BadInput(Problem(title, cause, "link it through sockets of colours only"))
     if own is not None and own.texture is None:
-        cause = f"its base colour comes from the colour attribute '{own.attribute}'"
+        cause = f"its {words} comes from the colour attribute '{own.attribute}'"
         raise BadInput(Problem(title, cause, "unlink it, or link an image"))
-    constant = material.values.get("base_color")
-    fixed = owner.fixed.get("base_color", Reason())
-    if own is None and (constant is None or "base_color" not in owner.values or fixed):
-        reason = fixed or Reason("its base colour could not be read")
-        raise BadInput(reason.problem(title, "give it a Principled BSDF with a base colour"))
+    constant = material.values.get(kind.use)
+    fixed = owner.fixed.get(kind.use, Reason())
+    if own is None and (constant is None or kind.use not in owner.values or fixed):
+        reason = fixed or Reason(f"its {words} could not be read")
+        raise BadInput(reason.problem(title, f"give it a Principled BSDF with a {words}"))
     _check_use(scene, owner, title)
-    fill = request.start
-    if fill is not None and not is_share(fill):
-        cause = f"its start is {', '.join(f'{x:g}' for x in fill)}"
-        raise BadInput(Problem(title, cause, "give 1 or 3 numbers in [0, 1]"))
-    start = own or MapValues(TextureValues("", np.empty(0), True, "REPEAT", "Linear"), "")
+    fill = fill_of(request, title)
+    is_colour = kind.channels > 1
+    start = own or MapValues(TextureValues("", np.empty(0), is_colour, "REPEAT", "Linear"), "")
     texture = start.texture
     assert texture is not None  # noqa: S101 - see above
     if own is not None and texture.pixels.shape[2] == 4:
@@ -258,7 +232,7 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
     if request.grid and not request.grid.isdecimal():
         if fill is not None:
             raise BadInput(Problem(title, "it has two starts", ONE_START))
-        return replace(start, texture=_from_file(request.grid, texture, title))
+        return replace(start, texture=from_file(request.grid, texture, title))
     if own is not None and not request.grid:
         if fill is None:
             return own
@@ -272,9 +246,18 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
     colour = fill or constant
     assert colour is not None  # noqa: S101 - see above
     pixels = np.empty(shape, np.float32)
-    pixels[:] = _stored(colour, texture.encoded)
-    name = texture.name or f"{owner.name} base_color"
+    pixels[:] = stored_colour(colour, texture.encoded)
+    name = texture.name or f"{owner.name} {kind.use}"
     return replace(start, texture=replace(texture, name=name, pixels=pixels))
+
+
+def fill_of(request: UnknownRequest, title: str) -> Values | None:
+    """One value at all texels, where a request has one. Raises BadInput."""
+    fill = request.start
+    if fill is not None and not is_share(fill):
+        cause = f"its start is {', '.join(f'{x:g}' for x in fill)}"
+        raise BadInput(Problem(title, cause, "give 1 or 3 numbers in [0, 1]"))
+    return fill
 
 
 def _check_use(scene: SceneValues, owner: Owner, title: str) -> None:
@@ -286,13 +269,13 @@ def _check_use(scene: SceneValues, owner: Owner, title: str) -> None:
         raise BadInput(Problem(title, cause, "unwrap the mesh (UV > Smart UV Project)"))
 
 
-def _from_file(path: str, like: TextureValues, title: str) -> TextureValues:
+def from_file(path: str, like: TextureValues, title: str) -> TextureValues:
     """A picture in place of another: floats are linear, all else is sRGB."""
     pixels, floats = picture_of(path, title)
     stored = pixels if floats else native.image().srgb_encode(pixels)
     return replace(like, name=Path(path).name, pixels=stored, encoded=not floats)
 
 
-def _stored(colour: Values, encoded: bool) -> np.ndarray:
+def stored_colour(colour: Values, encoded: bool) -> np.ndarray:
     numbers = np.asarray(colour, np.float32)
     return native.image().srgb_encode(numbers) if encoded else numbers

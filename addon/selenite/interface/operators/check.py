@@ -90,7 +90,7 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
         CHECK.contents[scene.name] = contents_of(scene)
         try:
             grids = {} if applied else field_rows.fitted_grids(scene)
-            images = {} if applied else field_rows.fitted_images(scene)
+            surfaces = {} if applied else field_rows.fitted_surfaces(scene)
             if grids and (missing := grid_objects.why_not()):
                 raise BadInput(
                     Problem(
@@ -105,7 +105,7 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
                 )
             taken = [as_found(item, RUN.result.fit) for item in RUN.plan.captures] if known else []
             environment = "" if applied else environment_rows.fitted(scene)
-            job = CheckJob(scene, request, values, grids, images, taken, environment)
+            job = CheckJob(scene, request, values, grids, surfaces, taken, environment)
         except (BadInput, OSError) as error:
             _report(self, error)
             return False
