@@ -200,7 +200,7 @@ def test_squares_whose_normals_point_out_of_their_backs_are_those_of_cycles(
     native, empty_scene, tmp_path, turn
 ):
     labels = ["lambert", "rough diffuse", "glossy", "glass", "translucent", "metallic", "sheen"]
-    labels += ["principled stretched", "principled filmed"]
+    labels.append("principled stretched")
     for x, label in enumerate(labels):
         square(x, surface(label))
         mesh = bpy.data.meshes[label]
