@@ -39,7 +39,7 @@ def board(tmp_path):
     node = tree.nodes.new("ShaderNodeTexImage")
     node.name = "Map"
     path = str(tmp_path / "map.exr")
-    native.image().write_exr(path, np.full((2, 2, 3), (0.5, 0.5, 0.9), np.float32))
+    native.image().write_exr(path, np.full((2, 2, 3), (0.65, 0.4, 0.85), np.float32))
     node.image = bpy.data.images.load(path)
     node.image.colorspace_settings.name = "Non-Color"
     return tree, node
