@@ -17,7 +17,6 @@ def steps():
     texture = body.node_tree.nodes.new("ShaderNodeTexImage")
     texture.image, texture.interpolation = image, "Smart"
     made.link(body, texture.outputs["Color"])
-    bpy.data.objects["Key"].data.cycles.is_portal = False
     flat = bpy.data.objects.new("Flat", bpy.data.objects["Body"].data)
     flat.scale = (0, 0, 0)
     bpy.context.scene.collection.objects.link(flat)
