@@ -80,7 +80,7 @@ def test_losses_are_called_as_in_the_panel():
 
 def test_losses_are_called_as_in_the_panel_in_german(german):
     shown = texts.shown(_exposure())
-    assert shown.startswith("Foto 'adam' ist 2.00 mal so hell wie der Render")
+    assert shown.startswith("Foto „adam“ ist 2.00 mal so hell wie das Rendering")
     assert shown.endswith("nimm das Fehlermaß Unabhängig von der Helligkeit")
 
 
