@@ -13,7 +13,7 @@ from command_line import command
 
 from selenite.cli import main
 from selenite.commands.batch.entries import read_entries
-from selenite.commands.batch.run import Batch
+from selenite.commands.batch.run import Batch, host
 from selenite.fit.checkpoint import SUFFIX
 
 pytestmark = pytest.mark.blender
@@ -94,7 +94,7 @@ def test_a_fit_that_was_killed_goes_on(home, tmp_path):
     file = written(home, 'name = "one"', spp=1024, iterations=12)
     out = tmp_path / "out"
     out.mkdir()
-    batch = Batch(read_entries(file), home, out, again=False)
+    batch = Batch(read_entries(file), home, out, host(), again=False)
     batch.start(None)
     (one,) = batch.running
     until = time.monotonic() + 120
@@ -107,7 +107,7 @@ def test_a_fit_that_was_killed_goes_on(home, tmp_path):
     assert batch.ended["one"].status == "failed"
     assert batch.ended["one"].reasons == ("its process ended with signal 9; see one.log",)
 
-    second = Batch(read_entries(file), home, out, again=False)
+    second = Batch(read_entries(file), home, out, host(), again=False)
     assert not second.kept
     second.start(None)
     while second.running:
@@ -124,7 +124,7 @@ def test_what_runs_is_ended_with_the_batch_and_stays_to_go_on(home, tmp_path):
     file = written(home, 'name = "one"', spp=4096, iterations=100)
     out = tmp_path / "out"
     out.mkdir()
-    batch = Batch(read_entries(file), home, out, again=False)
+    batch = Batch(read_entries(file), home, out, host(), again=False)
     batch.start(None)
     (one,) = batch.running
     until = time.monotonic() + 120

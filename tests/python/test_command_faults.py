@@ -99,6 +99,7 @@ WITH_BLENDER = {
     "render": ["s.blend", "--out=o.exr"],
     "gradient": ["s.blend", "--parameter=Body:ior"],
     "fit": ["s.blend", "--fit=Body:ior"],
+    "batch": ["f.toml"],
     "compare": ["."],
     "next-camera": ["s.blend", "--fit=Body:ior"],
     "trade": ["s.blend", "--fit=Body:ior", "--out=t"],
@@ -123,6 +124,7 @@ def test_without_blender_one_line_says_how_to_run(
     (tmp_path / "run.json").write_text(
         '{"schema": 1, "scene": "s.blend", "unknowns": [], "captures": []}'
     )
+    (tmp_path / "f.toml").write_text('[[fit]]\nscene = "s.blend"\n')
     (tmp_path / "f.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, "bpy", None)

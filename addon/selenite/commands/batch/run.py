@@ -38,11 +38,12 @@ def run(args: argparse.Namespace) -> dict[str, object]:
     then the key `error` names it."""
     path = absolute(args.file)
     entries = read_entries(path)
+    words = host()
     out = absolute(args.out) if args.out else path.with_name(f"{path.stem}-fits")
     if why := why_not_folder(out):
         raise BadInput(Problem(f"Folder '{out}'", why, arguments.OTHER_FOLDER))
     out.mkdir(parents=True, exist_ok=True)
-    batch = Batch(entries, path.parent, out, again=args.again)
+    batch = Batch(entries, path.parent, out, words, again=args.again)
     if batch.kept:
         say(f"{len(batch.kept)} of {len(entries)} fits have ended before; --again repeats them")
     try:
@@ -67,10 +68,12 @@ class Batch:
     """The fits of a file: what has ended, what runs, what is left. Its folder is up to date after
     each fit: batch.json, a table and a page."""
 
-    def __init__(self, entries: Sequence[Entry], home: Path, out: Path, again: bool) -> None:
-        """home: where relative paths begin; out: gets a folder for each fit."""
+    def __init__(
+        self, entries: Sequence[Entry], home: Path, out: Path, host: Sequence[str], again: bool
+    ) -> None:
+        """home: where relative paths begin; out: gets a folder for each fit; host: see `host`."""
         self.out = out
-        self._home, self._entries = home, entries
+        self._home, self._entries, self._host = home, entries, host
         self.ended: dict[str, Ended] = {} if again else _ended_before(out, entries)
         self.kept = tuple(self.ended)
         self.waiting = [entry for entry in entries if entry.name not in self.ended]
@@ -98,7 +101,7 @@ class Batch:
         request.write_text(json.dumps({"words": words, "python_path": python_path}))
         with (Path(place.name) / "out").open("wb") as out, _log(self.out, entry).open("wb") as log:
             process = subprocess.Popen(
-                [*_host(), str(request)],
+                [*self._host, str(request)],
                 cwd=self._home,
                 stdin=subprocess.DEVNULL,
                 stdout=out,
@@ -229,7 +232,8 @@ def _log(out: Path, entry: Entry) -> Path:
     return out / f"{entry.name}.log"
 
 
-def _host() -> list[str]:
+def host() -> list[str]:
+    """The words that run a command line in a process of its own, up to its request."""
     from ...scene_read.blender_process import blender_words
 
     return blender_words(_CHILD)
