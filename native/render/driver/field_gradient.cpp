@@ -5,12 +5,11 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <map>
-#include <mutex>
 #include <utility>
 
 #include "math/error.h"
 #include "render/driver/aim_pilot.h"
+#include "render/driver/ordered_sum.h"
 #include "render/driver/taped_tile.h"
 #include "render/driver/tile_pool.h"
 
@@ -32,31 +31,6 @@ std::size_t count_of(const EnvironmentMap& image) { return 3 * image.pixels().si
 std::size_t count_of(const Field& field) {
   return std::visit([](const auto* one) { return count_of(*one); }, field);
 }
-
-/// Adds the gradients of tiles in tile order, whichever is finished first.
-class OrderedSum {
- public:
-  OrderedSum(const std::vector<Field>& fields, std::vector<std::vector<double>>& sums)
-      : fields_(fields), sums_(sums) {}
-
-  void add(int tile, std::vector<SparseGradient> gradients) {
-    const std::scoped_lock lock(mutex_);
-    waiting_.emplace(tile, std::move(gradients));
-    while (!waiting_.empty() && waiting_.begin()->first == next_) {
-      for (std::size_t f = 0; f < fields_.size(); ++f)
-        waiting_.begin()->second[f].add_to(sums_[f].data(), channels_of(fields_[f]));
-      waiting_.erase(waiting_.begin());
-      ++next_;
-    }
-  }
-
- private:
-  const std::vector<Field>& fields_;
-  std::vector<std::vector<double>>& sums_;
-  std::mutex mutex_;
-  std::map<int, std::vector<SparseGradient>> waiting_;
-  int next_ = 0;
-};
 
 Field find(const Scene& scene, const GridRef& ref) { return &scene.grid(ref); }
 Field find(const Scene& scene, const ImageRef& ref) { return scene.image(ref).texture.get(); }
@@ -133,7 +107,9 @@ FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
   const Prepared<kTaped> prepared(scene, {}, unknown);
   const PixelCamera pixels(camera, settings.width, settings.height, settings.frame);
   std::vector<TileReport> reports(tile_count(settings));
-  OrderedSum sum(fields, result.fields);
+  std::vector<int> channels;
+  for (const Field& field : fields) channels.push_back(channels_of(field));
+  OrderedSum sum(channels, result.fields);
   for_each_tile(settings, progress, [&](int i, const Tile& tile) {
     std::vector<SparseGradient> gradients(fields.size());
     reports[i] =

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fit/photo/photo.h"
+#include "fit/problem/saved_state.h"
+#include "fit/problem/settings.h"
+#include "fit/shape/mesh_smoothing.h"
+#include "fit/state/fit_result.h"
+#include "render/shape/shape_gradient.h"
+
+namespace selenite {
+
+/// The vertices of an object as unknowns.
+struct UnknownVertices {
+  std::string object;
+  /// Of the bounding box at the start, in units of its own size on each side: no vertex leaves it.
+  double margin = 0.5;
+  /// Length of the largest step in the coordinates of the descent, in diagonals of that box.
+  double learning_rate = 0.01;
+  /// lambda of MeshSmoothing: neighbours up to its root, in edges, move together.
+  double smoothness = 20;
+};
+
+/// One row of its history: the state before step `iteration`.
+struct ShapeRow {
+  int iteration = 0;
+  double loss = 0;  ///< mean over the photos, without the bias of noise where the loss has none
+  Color<double> mean_bias;
+  Vec3d centre;  ///< mean of the vertices, in the object's space
+};
+
+/// Moves the vertices of an object until renders match photos: descent with large steps, in which all
+/// vertices share one second moment, and whose length falls to a twentieth. A step that would turn a
+/// face over is shortened.
+///
+/// Source: Nicolet, Jacobson, Jakob 2021, "Large Steps in Inverse Rendering of Geometry".
+class ShapeFit {
+ public:
+  /// All problems at once: InvalidArgument, UnknownName.
+  ShapeFit(Scene scene, std::vector<Photo> photos, UnknownVertices unknown, FitSettings settings);
+
+  /// One iteration over all photos; false when the fit is over. A cancelled one changes nothing.
+  bool step(Progress* progress = nullptr);
+  /// See Fit.
+  std::string saved();
+  void restore(std::string_view saved);
+
+  /// In the object's own space, as its mesh has them.
+  VertexMatrix object_positions(const VertexMatrix& world) const;
+  const VertexMatrix& best() const { return best_; }
+  const VertexMatrix& last() const { return positions_; }
+  const std::vector<ShapeRow>& history() const { return history_; }
+  const std::vector<std::shared_ptr<const Picture>>& previews() const { return previews_; }
+  const std::vector<Photo>& photos() const { return photos_; }
+  const UnknownVertices& unknown() const { return unknown_; }
+  const FitSettings& settings() const { return settings_; }
+  int iterations() const { return iteration_; }
+  int best_iteration() const { return best_iteration_; }
+  double best_loss() const { return best_loss_; }
+  StopReason stopped() const { return stopped_; }
+  void stop(StopReason reason) { stopped_ = reason; }
+  double cpu_seconds() const { return cpu_seconds_; }
+  std::int64_t samples() const { return samples_; }
+  /// Root mean square of render minus photo, newest, of each photo.
+  const std::vector<double>& residuals() const { return residuals_; }
+
+ private:
+  void check() const;
+  void members(SavedState& state);
+  /// Loss of a photo at the present vertices; adds its gradient where there is to be one.
+  double evaluate(const Scene& scene, std::size_t photo, VertexMatrix* gradient,
+                  Color<double>& bias, Progress* progress);
+  /// Goes along `direction`, in coordinates of the descent, as far as no face turns over.
+  void move(const VertexMatrix& direction);
+  /// Of each face twice its area along its normal, and its cosine to the smoothed surface.
+  struct Faces {
+    std::vector<Vec3d> doubled;
+    std::vector<double> cosine;
+  };
+  Faces faces_of(const VertexMatrix& positions) const;
+  /// Whether one is turned over on the way from `faces_` to these.
+  bool turns_over(const Faces& faces) const;
+  void note(int iteration, double loss, const Color<double>& bias);
+
+  Scene scene_;
+  std::vector<Photo> photos_;
+  UnknownVertices unknown_;
+  FitSettings settings_;
+  int instance_;
+  std::unique_ptr<VertexNormals> normals_;
+  std::unique_ptr<MeshSmoothing> smoothing_;
+  Vec3d low_, high_;  ///< that no vertex leaves
+  double size_ = 0;   ///< diagonal of the box at the start
+
+  VertexMatrix positions_, best_, coordinates_, mean_;
+  Faces faces_;
+  double square_ = 0;  ///< second moment, of all numbers together
+  int iteration_ = 0, best_iteration_ = 0;
+  double best_loss_ = 0, cpu_seconds_ = 0;
+  std::int64_t samples_ = 0;
+  StopReason stopped_ = StopReason::kNone;
+  std::vector<ShapeRow> history_;
+  std::vector<double> residuals_;
+  std::vector<std::shared_ptr<const Picture>> previews_;
+};
+
+}  // namespace selenite
