@@ -110,13 +110,13 @@ TEST_P(Vertices, AgreeWithDifferencesOfRenders) {
     const ShapeGradient gradient =
         render_shape_gradient(scene, scene.cameras[0], 0, normals, settings, loss);
     seconds += gradient.film.cpu_seconds;
-    settings.spp = static_cast<int>(64 * scale_up);
+    settings.spp = static_cast<int>(64 * scale_up * (std::getenv("FD") ? std::atof(std::getenv("FD")) : 1));
     for (int i = 0; i < kVertices; ++i) {
       // One direction for each vertex.
       const Vec3d axis = i % 3 == 0 ? Vec3d{1, 0, 0} : i % 3 == 1 ? Vec3d{0, 1, 0} : Vec3d{0, 0, 1};
       const Vec3d& g = gradient.vertices[chosen[i]];
       found[i].add(dot(g, axis));
-      constexpr float kStep = 0.02f;
+      const float kStep = std::getenv("STEP") ? static_cast<float>(std::atof(std::getenv("STEP"))) : 0.02f;
       double sides[2];
       for (int side = 0; side < 2; ++side) {
         std::vector<Vec3f> moved = positions;

@@ -41,13 +41,6 @@ VertexMatrix as_matrix(const std::vector<Vec3f>& positions) {
   return m;
 }
 
-int find_object(const Scene& scene, const std::string& name) {
-  const auto& instances = scene.geometry->instances();
-  for (std::size_t i = 0; i < instances.size(); ++i)
-    if (instances[i].name == name) return static_cast<int>(i);
-  throw UnknownName("Object '" + name + "' is not in the scene; give one that is rendered");
-}
-
 }  // namespace
 
 ShapeFit::ShapeFit(Scene scene, std::vector<Photo> photos, UnknownVertices unknown,
@@ -56,7 +49,7 @@ ShapeFit::ShapeFit(Scene scene, std::vector<Photo> photos, UnknownVertices unkno
       photos_(std::move(photos)),
       unknown_(std::move(unknown)),
       settings_(std::move(settings)),
-      instance_(find_object(scene_, unknown_.object)) {
+      instance_(movable_object(scene_, unknown_.object)) {
   settings_.check();
   check_photos(scene_, photos_);
   check();
@@ -86,8 +79,6 @@ void ShapeFit::check() const {
   const auto require = [&](bool good, const std::string& text) {
     if (!good) problems.add(who + text);
   };
-  require(scene_.geometry->in_world_space(instance_),
-          "several objects share its mesh; make the mesh a single user");
   require(unknown_.learning_rate > 0 && unknown_.learning_rate <= 1,
           "its learning rate is " + std::to_string(unknown_.learning_rate) +
               "; give a number above 0 and at most 1");
@@ -160,7 +151,8 @@ bool ShapeFit::step(Progress* progress) {
   Color<double> bias;
   for (std::size_t i = 0; i < photos_.size(); ++i)
     loss += evaluate(scene, i, last ? nullptr : &gradient, bias, progress);
-  note(iteration_, loss, bias);
+  const Eigen::RowVector3d centre = object_positions(positions_).colwise().mean();
+  history_.push_back({iteration_, loss, bias, {centre[0], centre[1], centre[2]}});
   if (!(loss >= best_loss_)) {  // the first is compared with NaN
     best_ = positions_;
     best_loss_ = loss;
@@ -230,12 +222,6 @@ bool ShapeFit::turns_over(const Faces& faces) const {
   return false;
 }
 
-void ShapeFit::note(int iteration, double loss, const Color<double>& bias) {
-  const VertexMatrix own = object_positions(positions_);
-  const Eigen::RowVector3d centre = own.colwise().mean();
-  history_.push_back({iteration, loss, bias, {centre[0], centre[1], centre[2]}});
-}
-
 VertexMatrix ShapeFit::object_positions(const VertexMatrix& world) const {
   const Transform& to_object = scene_.geometry->to_object(instance_);
   VertexMatrix own(world.rows(), 3);
@@ -244,6 +230,18 @@ VertexMatrix ShapeFit::object_positions(const VertexMatrix& world) const {
     own.row(i) << p.x, p.y, p.z;
   }
   return own;
+}
+
+ShapeResult ShapeFit::result() const {
+  return {object_positions(best_),
+          object_positions(positions_),
+          history_,
+          iteration_,
+          best_iteration_,
+          best_loss_,
+          residuals_,
+          cpu_seconds_,
+          samples_};
 }
 
 std::string ShapeFit::saved() {

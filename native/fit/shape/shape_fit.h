@@ -34,6 +34,17 @@ struct ShapeRow {
   Vec3d centre;  ///< mean of the vertices, in the object's space
 };
 
+/// What a descent has found.
+struct ShapeResult {
+  VertexMatrix best, last;  ///< vertices in the object's own space, as its mesh has them
+  std::vector<ShapeRow> history;
+  int iterations = 0, best_iteration = 0;
+  double best_loss = 0;           ///< NaN: none yet
+  std::vector<double> residuals;  ///< root mean square of render minus photo, of each photo
+  double cpu_seconds = 0;
+  std::int64_t samples = 0;
+};
+
 /// Moves the vertices of an object until renders match photos: descent with large steps, in which all
 /// vertices share one second moment, and whose length falls to a twentieth. A step that would turn a
 /// face over is shortened.
@@ -50,24 +61,15 @@ class ShapeFit {
   std::string saved();
   void restore(std::string_view saved);
 
-  /// In the object's own space, as its mesh has them.
-  VertexMatrix object_positions(const VertexMatrix& world) const;
-  const VertexMatrix& best() const { return best_; }
-  const VertexMatrix& last() const { return positions_; }
-  const std::vector<ShapeRow>& history() const { return history_; }
+  /// So far.
+  ShapeResult result() const;
   const std::vector<std::shared_ptr<const Picture>>& previews() const { return previews_; }
   const std::vector<Photo>& photos() const { return photos_; }
   const UnknownVertices& unknown() const { return unknown_; }
   const FitSettings& settings() const { return settings_; }
-  int iterations() const { return iteration_; }
-  int best_iteration() const { return best_iteration_; }
-  double best_loss() const { return best_loss_; }
   StopReason stopped() const { return stopped_; }
+  /// Ends it.
   void stop(StopReason reason) { stopped_ = reason; }
-  double cpu_seconds() const { return cpu_seconds_; }
-  std::int64_t samples() const { return samples_; }
-  /// Root mean square of render minus photo, newest, of each photo.
-  const std::vector<double>& residuals() const { return residuals_; }
 
  private:
   void check() const;
@@ -85,7 +87,7 @@ class ShapeFit {
   Faces faces_of(const VertexMatrix& positions) const;
   /// Whether one is turned over on the way from `faces_` to these.
   bool turns_over(const Faces& faces) const;
-  void note(int iteration, double loss, const Color<double>& bias);
+  VertexMatrix object_positions(const VertexMatrix& world) const;
 
   Scene scene_;
   std::vector<Photo> photos_;

@@ -25,14 +25,24 @@ std::uint64_t other_seed(std::uint64_t seed) { return mix64(seed + 0x5ca1ab1e); 
 
 }  // namespace
 
+int movable_object(const Scene& scene, std::string_view name) {
+  const auto& instances = scene.geometry->instances();
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    if (instances[i].name != name) continue;
+    if (!scene.geometry->in_world_space(static_cast<int>(i)))
+      throw InvalidArgument("Object '" + instances[i].name +
+                            "': several objects share its mesh; make the mesh a single user");
+    return static_cast<int>(i);
+  }
+  throw UnknownName("Object '" + std::string(name) +
+                    "' is not in the scene; give one that is rendered");
+}
+
 ShapeGradient render_shape_gradient(const Scene& scene, const Camera& camera, int instance,
                                     const VertexNormals& normals, const RenderSettings& settings,
                                     const PictureLoss& loss, Progress* progress) {
   settings.check();
   const MovedMesh mesh{*scene.geometry, instance, normals};
-  if (!scene.geometry->in_world_space(instance))
-    throw InvalidArgument("Object '" + scene.geometry->instances()[instance].name +
-                          "': several objects share its mesh; make it a single user");
   if (has_undecided_aims(scene))
     return render_shape_gradient(decide_aims(scene, camera, {}, settings, nullptr, progress),
                                  camera, instance, normals, settings, loss, progress);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <string_view>
 #include <vector>
 
 #include "render/driver/progress.h"
@@ -12,13 +13,20 @@
 
 namespace selenite {
 
+/// The name of an object's vertices among its parameters.
+inline constexpr const char* kVertexPositions = "vertex_positions";
+
+/// The number of an object whose vertices can move, by its name. UnknownName: there is none.
+/// InvalidArgument: it shares its mesh with another one.
+int movable_object(const Scene& scene, std::string_view name);
+
 /// The slope of a loss by each pixel of the mean picture.
 using PictureLoss = std::function<Picture(const Film& film)>;
 
 /// A picture, and the derivative of a loss by the vertices of one object.
 struct ShapeGradient {
   Film film;
-  std::vector<Vec3d> vertices;  ///< of the object's mesh, in world space
+  std::vector<Vec3d> vertices;  ///< of the object's mesh, in the scene's coordinates
 };
 
 /// Renders, and differentiates a loss with respect to every vertex of an object, whose shading normals
@@ -33,7 +41,7 @@ ShapeGradient render_shape_gradient(const Scene& scene, const Camera& camera, in
                                     const VertexNormals& normals, const RenderSettings& settings,
                                     const PictureLoss& loss, Progress* progress = nullptr);
 
-/// This scene with other vertices of an object, in world space, and the normals that follow from them.
+/// This scene with other vertices of an object, in the scene's coordinates, and the normals that follow from them.
 Scene with_vertices(const Scene& scene, int instance, const VertexNormals& normals,
                     const std::vector<Vec3f>& positions);
 
