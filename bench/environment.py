@@ -28,7 +28,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "addon"))
 
 from selenite import native  # noqa: E402
-from selenite.fit_run.settings import PRESETS  # noqa: E402
+from selenite.fit.settings import PRESETS  # noqa: E402
 
 _COLOUR, _ROUGHNESS, _GREY, _START = (0.6, 0.25, 0.1), 0.3, 0.5, 0.5
 _VIEWS = ((-20, 25), (60, 35), (150, 20), (-110, 45))  # azimuth, elevation in degrees

@@ -20,9 +20,9 @@ sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench"), str(ROOT / "scenes")]
 import numpy as np  # noqa: E402
 from synthetic import subjects  # noqa: E402
 
-from selenite.fit_run.settings import FitSettings  # noqa: E402
-from selenite.information.photo_information import PhotoInformation  # noqa: E402
-from selenite.trade.expected import errors_of  # noqa: E402
+from selenite.advice.information.photo_information import PhotoInformation  # noqa: E402
+from selenite.advice.trade.expected import errors_of  # noqa: E402
+from selenite.fit.settings import FitSettings  # noqa: E402
 
 
 def measure(name: str, settings: FitSettings, seeds: int, spp: int) -> None:

@@ -19,7 +19,7 @@ sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 
 from synthetic import cases, fits, photos, report, table  # noqa: E402
 
-from selenite.fit_run.settings import PRESETS, with_overrides  # noqa: E402
+from selenite.fit.settings import PRESETS, with_overrides  # noqa: E402
 
 
 def fit(case, options, folder):

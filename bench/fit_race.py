@@ -29,7 +29,7 @@ sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 
 from synthetic import cases, fits, photos, race_report, table  # noqa: E402
 
-from selenite.fit_run.settings import PRESETS, with_overrides  # noqa: E402
+from selenite.fit.settings import PRESETS, with_overrides  # noqa: E402
 
 _POLL = 0.005  # seconds between two polls of a running fit
 _SIDE = ROOT / "bench" / "peer" / "mitsuba_fit.py"

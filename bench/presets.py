@@ -21,8 +21,8 @@ sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 
 from synthetic import cases, fits, photos, report, table  # noqa: E402
 
-from selenite.fit_run.settings import FitSettings  # noqa: E402
-from selenite.trade.choices import choices, front  # noqa: E402
+from selenite.advice.trade.choices import choices, front  # noqa: E402
+from selenite.fit.settings import FitSettings  # noqa: E402
 
 TALLEST = 256
 KINDS = ("opaque", "glass", "half", "medium")

@@ -20,14 +20,14 @@ sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench"), str(ROOT / "scenes")]
 import numpy as np  # noqa: E402
 from synthetic import subjects  # noqa: E402
 
-from selenite.fit_run.captures.prepared import Capture, read_captures  # noqa: E402
-from selenite.fit_run.plan import FitPlan  # noqa: E402
-from selenite.fit_run.request import RunRequest  # noqa: E402
-from selenite.fit_run.settings import FitSettings  # noqa: E402
-from selenite.fit_run.staging import plan as stage_plan  # noqa: E402
-from selenite.fit_run.staging.plan import Stage  # noqa: E402
-from selenite.fit_run.staging.request import AUTO, stages_by_name  # noqa: E402
-from selenite.information.conditioning import StageChoice  # noqa: E402
+from selenite.advice.information.conditioning import StageChoice  # noqa: E402
+from selenite.capture.prepared import Capture, read_captures  # noqa: E402
+from selenite.fit.plan import FitPlan  # noqa: E402
+from selenite.fit.request import RunRequest  # noqa: E402
+from selenite.fit.settings import FitSettings  # noqa: E402
+from selenite.fit.staging import plan as stage_plan  # noqa: E402
+from selenite.fit.staging.plan import Stage  # noqa: E402
+from selenite.fit.staging.request import AUTO, stages_by_name  # noqa: E402
 
 _LONGER = 1.5
 
@@ -62,7 +62,7 @@ def captures_of(name: str, subject: subjects.Subject, height: int) -> list[Captu
         return subject.photos(height, 1024)
     import jade_pendant
 
-    from selenite.scene_read.capture_request import CaptureRequest
+    from selenite.capture.request import CaptureRequest
     from selenite.scene_read.scene import read_scene
 
     values = read_scene(jade_pendant.build(jade_pendant.START))

@@ -34,9 +34,9 @@ import made_scenes as made  # type: ignore[import-not-found]  # noqa: E402
 from mathutils import Vector  # noqa: E402
 
 from selenite import native  # noqa: E402
+from selenite.capture.views import eroded  # noqa: E402
 from selenite.cli import main as selenite  # noqa: E402
 from selenite.cycles_check.render_settings import set_comparison  # noqa: E402
-from selenite.fit_run.views import eroded  # noqa: E402
 
 _CAMERAS, _LAMPS = 18, 28
 _SIZE, _CAMERA_AWAY, _LAMP_AWAY = 60.0, 363.0, 300.0  # units

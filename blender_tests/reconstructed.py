@@ -44,8 +44,8 @@ def opened(path):
 def shown_at(scene, request, points):
     """(n, 2) pixels of the photo at which a capture has points (n, 3) of Blender's world, by the
     camera as it is read and by the lens as the fit undoes it."""
-    from selenite.fit_run.photos.distortion import distorted
-    from selenite.fit_run.photos.window import projection, window_of
+    from selenite.capture.distortion import distorted
+    from selenite.capture.window import projection, window_of
     from selenite.scene_read.scene import read_scene
 
     camera = next(one for one in read_scene(scene).cameras if one.name == request.camera)

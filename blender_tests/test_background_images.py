@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from command_line import command
 
+from selenite.capture.scene_captures import captures_of, misplaced_backgrounds
 from selenite.scene_read import working_space
-from selenite.scene_read.photos import captures_of, misplaced_backgrounds
 
 pytestmark = pytest.mark.blender
 

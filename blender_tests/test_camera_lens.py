@@ -8,10 +8,11 @@ import reconstructed
 from reconstructed import imported
 
 from selenite import native
-from selenite.fit_run.captures.prepared import read_captures
+from selenite.capture.prepared import read_captures
+from selenite.capture.request import CaptureRequest
+from selenite.capture.scene_captures import captures_of
 from selenite.scene_read.camera_lens import keep_lens, lens_of
-from selenite.scene_read.capture_request import CameraLens, CaptureRequest, LensDistortion
-from selenite.scene_read.photos import captures_of
+from selenite.scene_read.lens import CameraLens, LensDistortion
 from selenite.scene_read.scene import read_scene
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]

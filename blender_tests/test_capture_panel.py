@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from drawn_panels import FakeLayout
 
-from selenite.fit_run.request import RunRequest
+from selenite.capture.request import CaptureRequest
+from selenite.capture.scene_captures import captures_of
+from selenite.fit.request import RunRequest
 from selenite.interface.captures import photo as capture_photo
 from selenite.interface.pictures.mask import IMAGE
-from selenite.scene_read.capture_request import CaptureRequest, LensDistortion
-from selenite.scene_read.photos import captures_of
+from selenite.scene_read.lens import LensDistortion
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]
 

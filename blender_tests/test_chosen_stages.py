@@ -12,15 +12,15 @@ from drawn_panels import draw
 from pressed_buttons import TIMER, Pressed
 
 from selenite import native
+from selenite.advice.information import conditioning
+from selenite.advice.information.photo_information import PhotoInformation
+from selenite.capture.request import CaptureRequest
 from selenite.commands import fit
-from selenite.fit_run import checkpoint
-from selenite.fit_run.job import FitJob
-from selenite.fit_run.plan import prepare
-from selenite.fit_run.request import RunRequest, UnknownRequest, read_run
-from selenite.information import conditioning
-from selenite.information.photo_information import PhotoInformation
+from selenite.fit import checkpoint
+from selenite.fit.job import FitJob
+from selenite.fit.plan import prepare
+from selenite.fit.request import RunRequest, UnknownRequest, read_run
 from selenite.interface import panels, state
-from selenite.scene_read.capture_request import CaptureRequest
 
 pytestmark = pytest.mark.blender
 

@@ -13,7 +13,7 @@ from made_images import decoded
 from test_fit_image import board, picture, requested, truth
 
 from selenite import native
-from selenite.fit_run import fields
+from selenite.fit import fields
 from selenite.scene_read.build import build
 
 pytestmark = pytest.mark.blender

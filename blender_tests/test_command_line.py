@@ -15,11 +15,11 @@ import pytest
 from command_line import command
 
 from selenite import native
+from selenite.capture.request import CaptureRequest
 from selenite.cli import main
-from selenite.fit_run.answer import results
-from selenite.fit_run.request import RunRequest, UnknownRequest, read_run
-from selenite.fit_run.settings import PRESETS, FitSettings
-from selenite.scene_read.capture_request import CaptureRequest
+from selenite.fit.request import RunRequest, UnknownRequest, read_run
+from selenite.fit.settings import PRESETS, FitSettings
+from selenite.report import results
 
 pytestmark = pytest.mark.blender
 

@@ -10,9 +10,9 @@ import pytest
 from command_line import command
 
 from selenite import native
+from selenite.capture.scene_captures import captures_of
 from selenite.cli import main
-from selenite.fit_run.answer.hold_out import squared_error
-from selenite.scene_read.photos import captures_of
+from selenite.report.hold_out import squared_error
 
 pytestmark = [pytest.mark.blender, pytest.mark.usefixtures("addon")]
 

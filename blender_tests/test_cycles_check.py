@@ -14,16 +14,16 @@ import undo_steps
 from command_line import command
 
 from selenite import native
+from selenite.capture.request import CaptureRequest
 from selenite.cli import main
 from selenite.cycles_check import render_settings
 from selenite.cycles_check.compare import Estimate, judge, misfit
 from selenite.cycles_check.job import CheckJob, verdict
-from selenite.fit_run.request import RunRequest
-from selenite.fit_run.settings import FitSettings
+from selenite.fit.request import RunRequest
+from selenite.fit.settings import FitSettings
 from selenite.problems import BadInput
 from selenite.scene_read import hosts
 from selenite.scene_read.blender_process import ProcessFailed
-from selenite.scene_read.capture_request import CaptureRequest
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from selenite import native
+from selenite.capture.request import CaptureRequest
 from selenite.cycles_check import render as cycles_render
 from selenite.cycles_check import worker
 from selenite.cycles_check.compare import Estimate
 from selenite.cycles_check.job import CheckJob
-from selenite.fit_run.request import RunRequest
-from selenite.fit_run.settings import FitSettings
+from selenite.fit.request import RunRequest
+from selenite.fit.settings import FitSettings
 from selenite.problems import BadInput
-from selenite.scene_read.capture_request import CaptureRequest
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 

@@ -12,10 +12,10 @@ import pytest
 from test_interface import prepare_fit
 
 import selenite
-from selenite.fit_run import plan
-from selenite.fit_run.captures import prepared
-from selenite.fit_run.checkpoint import Unfinished
-from selenite.information.job import BackgroundJob, Step
+from selenite.advice.information.job import BackgroundJob, Step
+from selenite.capture import prepared
+from selenite.fit import plan
+from selenite.fit.checkpoint import Unfinished
 from selenite.interface import state
 from selenite.interface.request import run_request
 from selenite.interface.running.work import Preparing
@@ -29,7 +29,7 @@ sys.path.insert(0, {addon!r})
 sys.path += {packages!r}
 import bpy, selenite
 selenite.register()
-from selenite.information.job import BackgroundJob, Step
+from selenite.advice.information.job import BackgroundJob, Step
 from selenite.interface import state
 
 class Slow:

@@ -8,10 +8,11 @@ import pytest
 
 from selenite import native
 from selenite.environments import sphere
-from selenite.fit_run import fields, gauge
-from selenite.fit_run.request import RunRequest, UnknownRequest
-from selenite.fit_run.settings import FitSettings
-from selenite.fit_run.unknowns import choose
+from selenite.fit import fields
+from selenite.fit.diagnosis import gauge
+from selenite.fit.request import RunRequest, UnknownRequest
+from selenite.fit.settings import FitSettings
+from selenite.fit.unknowns import choose
 from selenite.scene_read.build import build
 
 pytestmark = pytest.mark.blender

@@ -9,12 +9,12 @@ from command_line import command
 from drawn_panels import draw
 from pressed_buttons import ESCAPE, TIMER, Pressed
 
-from selenite.fit_run.request import RunRequest, UnknownRequest
-from selenite.fit_run.settings import FitSettings
-from selenite.information.job import BackgroundJob
+from selenite.advice.information.job import BackgroundJob
+from selenite.advice.trade.start import estimate_of
+from selenite.capture.request import CaptureRequest
+from selenite.fit.request import RunRequest, UnknownRequest
+from selenite.fit.settings import FitSettings
 from selenite.interface import panels, state
-from selenite.scene_read.capture_request import CaptureRequest
-from selenite.trade.start import estimate_of
 
 pytestmark = pytest.mark.blender
 

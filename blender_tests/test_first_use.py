@@ -179,7 +179,7 @@ def test_a_bug_report_names_versions():
 
 
 def test_photos_are_read_in_a_thread_and_cancel_leaves_nothing(tmp_path):
-    from selenite.information.job import BackgroundJob
+    from selenite.advice.information.job import BackgroundJob
     from selenite.interface.operators.fit import SELENITE_OT_start as Start
     from selenite.scene_read.reading.job import ReadingJob
     from selenite.scene_read.reading.render_depsgraph import at_once

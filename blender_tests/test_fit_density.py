@@ -7,10 +7,10 @@ import pytest
 from command_line import command
 
 from selenite import grid_files, native
-from selenite.fit_run import fields
-from selenite.fit_run.request import UnknownRequest
-from selenite.fit_run.settings import FitSettings
-from selenite.fit_run.unknowns import Unknown
+from selenite.fit import fields
+from selenite.fit.request import UnknownRequest
+from selenite.fit.settings import FitSettings
+from selenite.fit.unknowns import Unknown
 from selenite.parameters import table
 from selenite.scene_read.build import build
 

@@ -8,9 +8,9 @@ import pytest
 from command_line import command
 
 from selenite import grid_files, native
-from selenite.fit_run import fields
-from selenite.fit_run.request import UnknownRequest
-from selenite.fit_run.settings import FitSettings
+from selenite.fit import fields
+from selenite.fit.request import UnknownRequest
+from selenite.fit.settings import FitSettings
 from selenite.scene_read.build import build
 
 pytestmark = pytest.mark.blender

@@ -11,9 +11,9 @@ from command_line import command
 from made_images import decoded, encoded
 
 from selenite import native
-from selenite.fit_run import fields
-from selenite.fit_run.request import UnknownRequest
-from selenite.fit_run.settings import FitSettings
+from selenite.fit import fields
+from selenite.fit.request import UnknownRequest
+from selenite.fit.settings import FitSettings
 from selenite.scene_read.blend_file import open_blend
 from selenite.scene_read.build import build
 

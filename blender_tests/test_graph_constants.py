@@ -10,7 +10,7 @@ import pytest
 from node_probes import Graph
 
 from selenite import native, write_back
-from selenite.fit_run.unknowns import usual_requests
+from selenite.fit.unknowns import usual_requests
 from selenite.scene_read import build
 from selenite.scene_read.scene import read_scene
 from selenite.scene_read.shading.graph import ramps

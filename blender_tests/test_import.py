@@ -14,8 +14,8 @@ import reconstructed
 from command_line import command
 from reconstructed import imported
 
+from selenite.capture.scene_captures import captures_of
 from selenite.importers.to_blender import LABEL, OFFSET, TO_FILE
-from selenite.scene_read.photos import captures_of
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 

@@ -47,7 +47,7 @@ def cameras():
 
 def pixels(scene):
     """Where each capture has the vertices of the pebble."""
-    from selenite.scene_read.photos import captures_of
+    from selenite.capture.scene_captures import captures_of
 
     places = reconstructed.vertices_of(bpy.data.objects["pebble"])
     return [reconstructed.shown_at(scene, one, places) for one in captures_of(scene)]

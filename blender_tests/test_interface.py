@@ -16,7 +16,7 @@ from pressed_buttons import Pressed
 import selenite
 from selenite import native
 from selenite.cli import build_parser
-from selenite.fit_run.settings import FitSettings
+from selenite.fit.settings import FitSettings
 from selenite.interface import panels, properties, state
 from selenite.interface.request import fit_settings
 

@@ -10,11 +10,11 @@ import interface_texts
 import made_scenes as made
 import pytest
 
-from selenite.fit_run.answer import findings
-from selenite.fit_run.plan import build_scene, paths_traced
+from selenite.fit.plan import build_scene, paths_traced
 from selenite.interface import problem_reports, properties, texts
 from selenite.interface.furniture.languages import TEXTS
 from selenite.problems import BadInput, refused
+from selenite.report import findings
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]
 

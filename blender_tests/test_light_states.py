@@ -12,13 +12,13 @@ from command_line import command
 from drawn_panels import FakeLayout
 
 from selenite import native
+from selenite.capture.light_states import light_state
+from selenite.capture.request import CaptureRequest
+from selenite.capture.scene_captures import captures_of
 from selenite.cycles_check import render as cycles
 from selenite.cycles_check.light_state import under_lights
-from selenite.fit_run.captures.light_states import light_state
-from selenite.fit_run.plan import build_scene
+from selenite.fit.plan import build_scene
 from selenite.interface.captures import lights as capture_lights
-from selenite.scene_read.capture_request import CaptureRequest
-from selenite.scene_read.photos import captures_of
 
 pytestmark = pytest.mark.blender
 

@@ -13,14 +13,14 @@ import undo_steps
 from command_line import command
 
 from selenite import native
-from selenite.fit_run.captures.render import as_reported
-from selenite.fit_run.request import RunRequest, UnknownRequest, read_run
-from selenite.fit_run.settings import FitSettings
-from selenite.information.job import BackgroundJob
-from selenite.next_camera.candidates import body_of, candidates
-from selenite.next_camera.suggestion import suggestion_of
+from selenite.advice.information.job import BackgroundJob
+from selenite.advice.next_camera.candidates import body_of, candidates
+from selenite.advice.next_camera.suggestion import suggestion_of
+from selenite.capture.request import CaptureRequest
+from selenite.fit.capture_render import as_reported
+from selenite.fit.request import RunRequest, UnknownRequest, read_run
+from selenite.fit.settings import FitSettings
 from selenite.scene_read.build import build
-from selenite.scene_read.capture_request import CaptureRequest
 
 pytestmark = pytest.mark.blender
 

@@ -19,9 +19,9 @@ from command_line import command
 from pressed_buttons import TIMER, Pressed
 
 from selenite import native
-from selenite.fit_run import checkpoint
-from selenite.fit_run.answer import results
-from selenite.fit_run.job import Done
+from selenite.fit import checkpoint
+from selenite.fit.job import Done
+from selenite.report import results
 
 pytestmark = pytest.mark.blender
 
@@ -285,7 +285,7 @@ def test_a_saved_scene_and_a_check_that_fail_cost_no_values(words, tmp_path, cap
 
 def test_a_fit_that_never_began_leaves_no_folder(words, tmp_path, capsys, monkeypatch):
     from selenite.commands import fit
-    from selenite.fit_run.job import FitFailed
+    from selenite.fit.job import FitFailed
 
     class Failing:
         def __init__(self, job):

@@ -13,8 +13,8 @@ import undo_steps
 from pressed_buttons import ESCAPE, TIMER, Pressed, until_over
 
 from selenite import native
-from selenite.fit_run.request import read_run
-from selenite.fit_run.settings import FitSettings
+from selenite.fit.request import read_run
+from selenite.fit.settings import FitSettings
 from selenite.interface import state
 from selenite.interface.operators.fit import SELENITE_OT_start as Start
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from selenite import native
+from selenite.capture.prepared import read_captures
+from selenite.capture.request import CaptureRequest
 from selenite.cli import main
 from selenite.cycles_check.compare import Estimate
 from selenite.cycles_check.render import estimate
-from selenite.fit_run.captures.prepared import read_captures
-from selenite.fit_run.plan import build_scene
-from selenite.scene_read.capture_request import CaptureRequest
+from selenite.fit.plan import build_scene
 from selenite.scene_read.scene import read_scene
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from selenite import native
-from selenite.fit_run.captures.prepared import read_captures
-from selenite.fit_run.plan import build_scene, prepare
-from selenite.fit_run.request import RunRequest, UnknownRequest
-from selenite.fit_run.settings import FitSettings
+from selenite.capture.prepared import read_captures
+from selenite.capture.request import CaptureRequest
+from selenite.fit.plan import build_scene, prepare
+from selenite.fit.request import RunRequest, UnknownRequest
+from selenite.fit.settings import FitSettings
 from selenite.problems import BadInput
-from selenite.scene_read.capture_request import CaptureRequest
 from selenite.scene_read.scene import read_scene
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from selenite import native
+from selenite.capture.prepared import read_captures
+from selenite.capture.request import CaptureRequest
+from selenite.capture.window import cropped_camera
 from selenite.cycles_check.compare import Estimate
 from selenite.cycles_check.render import estimate
 from selenite.cycles_check.render_settings import set_comparison
-from selenite.fit_run.captures.prepared import read_captures
-from selenite.fit_run.photos.window import cropped_camera
-from selenite.fit_run.plan import build_scene
+from selenite.fit.plan import build_scene
 from selenite.scene_read.camera import read_camera
-from selenite.scene_read.capture_request import CaptureRequest
 from selenite.scene_read.scene import read_scene
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]

@@ -16,13 +16,13 @@ from drawn_panels import draw
 from pressed_buttons import Pressed
 
 from selenite import native
-from selenite.fit_run.pictures.comparison import OUTSIDE, SHOWN_OUTSIDE
-from selenite.fit_run.pictures.moments import RESULT, START, Moment, Moments
 from selenite.interface import state
 from selenite.interface.pictures import images, panel
 from selenite.interface.pictures import view as view_module
 from selenite.interface.pictures.view import VIEW, LiveView
 from selenite.interface.pictures.view_through import is_through
+from selenite.report.pictures.comparison import OUTSIDE, SHOWN_OUTSIDE
+from selenite.report.pictures.moments import RESULT, START, Moment, Moments
 from selenite.scene_read import blender_process
 from selenite.scene_read.build import build
 from selenite.scene_read.scene import read_scene

@@ -17,18 +17,18 @@ import pytest
 from command_line import command
 from pressed_buttons import Pressed
 
+from selenite.capture.request import CaptureRequest
 from selenite.cli import main
-from selenite.fit_run import checkpoint
-from selenite.fit_run.answer import results
-from selenite.fit_run.job import FitJob
-from selenite.fit_run.plan import prepare
-from selenite.fit_run.request import RunRequest, UnknownRequest
-from selenite.fit_run.settings import FitSettings
-from selenite.fit_run.staging.request import StageRequest
+from selenite.fit import checkpoint
+from selenite.fit.job import FitJob
+from selenite.fit.plan import prepare
+from selenite.fit.request import RunRequest, UnknownRequest
+from selenite.fit.settings import FitSettings
+from selenite.fit.staging.request import StageRequest
 from selenite.interface.running.recorder import BackgroundRecorder
 from selenite.interface.running.work import Finishing
 from selenite.problems import BadInput
-from selenite.scene_read.capture_request import CaptureRequest
+from selenite.report import results
 
 pytestmark = pytest.mark.blender
 
@@ -38,7 +38,7 @@ ROOT = Path(__file__).resolve().parent.parent
 WRITES_OFTEN = """
 import sys
 from selenite.cli import main
-from selenite.fit_run import checkpoint
+from selenite.fit import checkpoint
 checkpoint._EVERY = checkpoint._STATE_EVERY = 0.1
 checkpoint._TIMES = 1.0
 sys.exit(main(sys.argv[1:]))

@@ -10,9 +10,9 @@ from command_line import command
 from test_resume import finished, plan_of
 
 from selenite.commands import fit
-from selenite.fit_run import checkpoint
-from selenite.fit_run.job import FitJob
-from selenite.fit_run.plan import prepare
+from selenite.fit import checkpoint
+from selenite.fit.job import FitJob
+from selenite.fit.plan import prepare
 from selenite.problems import BadInput
 
 pytestmark = pytest.mark.blender

@@ -13,7 +13,7 @@ from node_groups import group, shown
 
 from selenite import native
 from selenite.cycles_check import render as cycles
-from selenite.fit_run.fields.environment import view_of
+from selenite.fit.fields.environment import view_of
 from selenite.problems import BadInput
 from selenite.scene_read.build import build
 from selenite.scene_read.camera import read_camera

@@ -9,7 +9,7 @@ from command_line import command
 
 from selenite import native
 from selenite.cycles_check import render as cycles
-from selenite.fit_run import fields
+from selenite.fit import fields
 from selenite.problems import BadInput
 from selenite.scene_read import openvdb_files
 from selenite.scene_read.build import build

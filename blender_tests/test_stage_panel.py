@@ -9,7 +9,7 @@ import pytest
 from pressed_buttons import Pressed
 from test_interface import FakeLayout, draw, prepare_fit
 
-from selenite.fit_run.staging.request import AUTO, PRESETS
+from selenite.fit.staging.request import AUTO, PRESETS
 from selenite.interface import panels, properties, request, stages, state
 from selenite.problems import BadInput
 

@@ -12,14 +12,14 @@ import pytest
 from command_line import command
 
 from selenite import grid_files, native
+from selenite.capture.request import CaptureRequest
 from selenite.cli import main
-from selenite.fit_run.answer.results import write_results
-from selenite.fit_run.job import FitJob
-from selenite.fit_run.plan import prepare
-from selenite.fit_run.request import RunRequest, UnknownRequest
-from selenite.fit_run.settings import FitSettings
-from selenite.fit_run.staging.request import StageRequest
-from selenite.scene_read.capture_request import CaptureRequest
+from selenite.fit.job import FitJob
+from selenite.fit.plan import prepare
+from selenite.fit.request import RunRequest, UnknownRequest
+from selenite.fit.settings import FitSettings
+from selenite.fit.staging.request import StageRequest
+from selenite.report.results import write_results
 
 pytestmark = pytest.mark.blender
 

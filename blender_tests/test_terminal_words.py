@@ -12,7 +12,7 @@ from command_line import command
 
 from selenite import native
 from selenite.cli import main
-from selenite.fit_run.answer.table import TITLES
+from selenite.report.table import TITLES
 
 pytestmark = pytest.mark.blender
 

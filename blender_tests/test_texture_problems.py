@@ -208,9 +208,9 @@ def test_texture_is_read_once_and_not_fitted(tmp_path):
 
 def test_fit_and_set_of_a_texture_are_refused(tmp_path):
     from selenite.commands.scene import native_scene
-    from selenite.fit_run.request import UnknownRequest
-    from selenite.fit_run.settings import FitSettings
-    from selenite.fit_run.unknowns import choose
+    from selenite.fit.request import UnknownRequest
+    from selenite.fit.settings import FitSettings
+    from selenite.fit.unknowns import choose
     from selenite.problems import BadInput
 
     material = made.material()

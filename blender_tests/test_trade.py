@@ -14,10 +14,10 @@ import pytest
 from command_line import command
 
 from selenite import native
-from selenite.fit_run.settings import PRESETS, FitSettings
-from selenite.fit_run.unknowns import Unknown
+from selenite.advice.trade import choices, measure, report
+from selenite.fit.settings import PRESETS, FitSettings
+from selenite.fit.unknowns import Unknown
 from selenite.parameters import table
-from selenite.trade import choices, measure, report
 
 pytestmark = pytest.mark.blender
 
@@ -161,7 +161,7 @@ def test_cameras_of_photos_count_and_nothing_else_of_them(lit_ball, tmp_path, ca
 
 
 def test_a_fit_that_fails_is_told_and_the_others_go_on(lit_ball, tmp_path, capsys, monkeypatch):
-    from selenite.fit_run.job import FitFailed
+    from selenite.fit.job import FitFailed
 
     class Fragile(measure.FitJob):
         def progress(self):

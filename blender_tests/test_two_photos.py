@@ -12,13 +12,13 @@ from command_line import command
 from drawn_panels import FakeLayout
 
 from selenite import native
+from selenite.capture.request import CaptureRequest
+from selenite.capture.scene_captures import captures_of, ids_of, pair_by_name
 from selenite.commands.terminal import Bar
-from selenite.fit_run.cost import phase_paths
-from selenite.fit_run.plan import prepare
-from selenite.fit_run.request import RunRequest, UnknownRequest
+from selenite.fit.cost import phase_paths
+from selenite.fit.plan import prepare
+from selenite.fit.request import RunRequest, UnknownRequest
 from selenite.interface import panels
-from selenite.scene_read.capture_request import CaptureRequest
-from selenite.scene_read.photos import captures_of, ids_of, pair_by_name
 
 pytestmark = pytest.mark.blender
 

@@ -23,14 +23,14 @@ import made_scenes as made  # type: ignore[import-not-found]  # noqa: E402
 import numpy as np  # noqa: E402
 
 from selenite import native  # noqa: E402
+from selenite.capture.request import CaptureRequest  # noqa: E402
 from selenite.environments import sphere  # noqa: E402
-from selenite.fit_run.fields.environment import view_of  # noqa: E402
-from selenite.fit_run.job import FitJob, fitted_values, scene_at  # noqa: E402
-from selenite.fit_run.plan import prepare  # noqa: E402
-from selenite.fit_run.request import RunRequest, UnknownRequest  # noqa: E402
-from selenite.fit_run.settings import FitSettings  # noqa: E402
+from selenite.fit.fields.environment import view_of  # noqa: E402
+from selenite.fit.job import FitJob, fitted_values, scene_at  # noqa: E402
+from selenite.fit.plan import prepare  # noqa: E402
+from selenite.fit.request import RunRequest, UnknownRequest  # noqa: E402
+from selenite.fit.settings import FitSettings  # noqa: E402
 from selenite.scene_read.build import build  # noqa: E402
-from selenite.scene_read.capture_request import CaptureRequest  # noqa: E402
 
 PICTURE = ROOT / "docs" / "pictures" / "unknown_light.png"
 WIDTH, HEIGHT, GAP = 200, 150, 6

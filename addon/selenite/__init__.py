@@ -2,7 +2,7 @@
 """Selenite: finds the material parameters that make a render match photos.
 
 The folders follow the sentence "read the scene -> render it with derivatives -> compare with the
-photos -> step -> write the values back": `scene_read`, the native modules, `fit_run`, `write_back`.
+photos -> step -> write the values back": `scene_read`, the native modules, `fit`, `write_back`.
 `import selenite` needs neither bpy nor the native modules; both are imported where they are used.
 """
 

@@ -118,7 +118,7 @@ def _rows(report: JsonObject, truth: JsonObject) -> list[JsonObject]:
 
 def _contact_sheet(folder: Path, cameras: list[str], path: Path) -> None:
     """A row per camera: photo, start, fit, Cycles with the fitted values, its error."""
-    from .fit_run.pictures import sheet
+    from .report.pictures import sheet
 
     names = {"photo": "reference", "start": "initial", "fit": "optimised"}
     names["fitted values in Cycles"] = "cycles"

@@ -37,8 +37,8 @@ def load(path: str) -> None:
 def read_photo(case: Path, mask: Path | None = None) -> bool:
     """As a fit reads it, for a camera of its size."""
     from selenite import native
-    from selenite.fit_run.captures.prepared import read_captures
-    from selenite.scene_read.capture_request import CaptureRequest
+    from selenite.capture.prepared import read_captures
+    from selenite.capture.request import CaptureRequest
 
     try:
         info = native.image().probe(str(case))
@@ -77,7 +77,7 @@ def read_grid(case: Path) -> bool:
 
 
 def read_checkpoint(case: Path) -> bool:
-    from selenite.fit_run import checkpoint
+    from selenite.fit import checkpoint
     from selenite.problems import BadInput
 
     try:

@@ -140,9 +140,9 @@ def _grids(folder: Path) -> None:
 
 
 def _checkpoints(folder: Path) -> None:
-    from selenite.fit_run import checkpoint
-    from selenite.fit_run.request import RunRequest
-    from selenite.fit_run.settings import FitSettings
+    from selenite.fit import checkpoint
+    from selenite.fit.request import RunRequest
+    from selenite.fit.settings import FitSettings
 
     whole = folder / "run"
     whole.mkdir()

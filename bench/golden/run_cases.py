@@ -91,7 +91,7 @@ def _goes_on_exactly(run: Path) -> bool:
 @contextlib.contextmanager
 def _watched(interrupted: Interrupted) -> Iterator[None]:
     """Fits update their record all the time, and `interrupted` polls it."""
-    from selenite.fit_run.checkpoint import Recorder
+    from selenite.fit.checkpoint import Recorder
 
     name = renamed.first_of(Recorder, renamed.UPDATE_RECORD)
     record, sleep = getattr(Recorder, name), time.sleep

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from selenite import native, parameters
-from selenite.fit_run.captures.prepared import Capture
-from selenite.fit_run.job import FitJob, fitted_values
-from selenite.fit_run.plan import FitPlan, build_scene
-from selenite.fit_run.request import RunRequest
-from selenite.fit_run.settings import FitSettings
-from selenite.fit_run.unknowns import Unknown
-from selenite.trade import choices
+from selenite.advice.trade import choices
+from selenite.capture.prepared import Capture
+from selenite.fit.job import FitJob, fitted_values
+from selenite.fit.plan import FitPlan, build_scene
+from selenite.fit.request import RunRequest
+from selenite.fit.settings import FitSettings
+from selenite.fit.unknowns import Unknown
 
 from . import cases, fits
 

@@ -58,22 +58,28 @@ double misfit(const PhotoScene& self, Photo photo, int spp, std::uint64_t seed,
 
 struct FieldShape {
   FieldRef ref;
-  int height, width;
+  std::vector<py::ssize_t> shape;
 };
 
-FieldShape image_of(const Scene& scene, const std::string& owner, const std::string& parameter) {
-  if (parameter == kBaseColorTexture) {
-    const ImageRef unknown{scene.material(owner)};
+FieldShape field_of(const Scene& scene, const std::string& owner, const std::string& parameter) {
+  if (is_image_name(parameter)) {
+    const ImageRef unknown = scene.image_named(scene.material(owner), parameter);
     const Texture& image = *scene.image(unknown).texture;
-    return {unknown, image.height(), image.width()};
+    return {unknown, {image.height(), image.width(), scene.channels(unknown)}};
+  }
+  if (parameter == kVertexColors) {
+    const auto object = static_cast<std::size_t>(scene.object(owner));
+    const VertexColorsRef unknown{scene.geometry->instances()[object].mesh};
+    return {unknown, {static_cast<py::ssize_t>(scene.vertex_colors(unknown).values().size()), 3}};
   }
   if (parameter == kEnvironment) {
     const EnvironmentMap& image = scene.environment();
-    return {EnvironmentRef{}, image.height(), image.width()};
+    return {EnvironmentRef{}, {image.height(), image.width(), 3}};
   }
-  throw InvalidArgument("gradient: '" + parameter + "' is not an image; give " +
-                        std::string(kBaseColorTexture) + ", " + std::string(kEnvironment) + " or " +
-                        std::string(kVertexPositions));
+  throw InvalidArgument("gradient: '" + parameter +
+                        "' is no image and nothing of a mesh; give " +
+                        std::string(kBaseColorTexture) + ", " + std::string(kVertexColors) +
+                        ", " + std::string(kVertexPositions) + " or " + std::string(kEnvironment));
 }
 
 /// A loss of what the photo shows, by what is rendered of it.
@@ -148,9 +154,9 @@ std::pair<NamedFilm, py::array_t<double>> gradient(const PhotoScene& self, const
     throw InvalidArgument("gradient: loss = '" + loss + "' is not mean or squared_error");
   if (parameter == kVertexPositions)
     return vertex_gradient(self, photo, owner, spp, loss == "squared_error", seed, progress);
-  const FieldShape field = image_of(self.scene, owner, parameter);
+  const FieldShape field = field_of(self.scene, owner, parameter);
   NamedFilm out;
-  if (parameter == kBaseColorTexture)
+  if (std::holds_alternative<ImageRef>(field.ref))
     for (int c = 0; c < 3; ++c) {
       out.layout.rows.push_back({0, c, c});
       out.unknowns.emplace_back(owner, parameter, c);
@@ -171,7 +177,7 @@ std::pair<NamedFilm, py::array_t<double>> gradient(const PhotoScene& self, const
   const py::capsule owned(texels.get(),
                           [](void* sums) { delete static_cast<std::vector<double>*>(sums); });
   const double* values = texels.release()->data();
-  return {std::move(out), py::array_t<double>({field.height, field.width, 3}, values, owned)};
+  return {std::move(out), py::array_t<double>(field.shape, values, owned)};
 }
 
 }  // namespace
@@ -198,15 +204,14 @@ Raises ValueError, KeyError, Cancelled.)")
           R"(PhotoJacobian of the unknowns at their starts: in four portions, as a refinement pass of
 a fit does; its pixels take no part. Raises ValueError (spp below 8, more than 32 slots), KeyError,
 Cancelled.)")
-      .def(
-          "gradient", &gradient, "photo"_a, "owner"_a, "parameter"_a, "spp"_a, py::kw_only(),
-          "loss"_a = "mean", "seed"_a = 0, "progress"_a = py::none(),
-          R"((Film, derivative of a loss by each number of an image, (height, width, 3) float64, row 0
-at the top), as the image holds them.
+      .def("gradient", &gradient, "photo"_a, "owner"_a, "parameter"_a, "spp"_a, py::kw_only(),
+           "loss"_a = "mean", "seed"_a = 0, "progress"_a = py::none(),
+           R"((Film, derivative of a loss by each number of an image, (height, width, 3) float64, or
+(height, width, 1) of a number, row 0 at the top, as the image holds them, or of a mesh, (n, 3)).
 
-parameter: "base_color_texture" of a material, "environment" of the world or "vertex_positions" of an
-object: of those (n, 3), by the coordinates in the object's own space, of the mean over the
-channels; the film has no Jacobian. loss: "mean" of the
+parameter: as "base_color_texture" of a material, "environment" of the world, "vertex_colors" or
+"vertex_positions" of an object: of the latter (n, 3), by the coordinates in the object's own space, of the
+mean over the channels; the film has no Jacobian. loss: "mean" of the
 picture, weighted by the photo's weight, or the unbiased "squared_error" against its pixels, the
 mean over them; each channel for itself. The film's Jacobian is that by a shift of the whole
 (decoded) image of a material.

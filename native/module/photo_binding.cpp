@@ -141,9 +141,10 @@ Raises:
   py::class_<UnknownParameter>(m, "Unknown", R"(A parameter that a fit finds.
 
 Args:
-    owner: a material, a lamp or "World".
-    parameter: a name of the owner's table, or "albedo_grid", "density_grid", "base_color_texture",
-        "environment": every value of that grid or image, as it holds them (in sRGB if encoded).
+    owner: a material, a lamp, an object or "World".
+    parameter: a name of the owner's table, or "albedo_grid", "density_grid", "vertex_colors" of an
+        object, "environment", or that of an image, as "base_color_texture": every value of that grid,
+        mesh or image, as it holds them (in sRGB if encoded).
     minimum, maximum: of every component, or of every value of the field.
     start: one number or three; a field starts at the scene's, without one.
     learning_rate: the step of Adam, in units of the values.)")

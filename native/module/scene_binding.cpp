@@ -16,10 +16,12 @@ namespace selenite {
 namespace {
 
 using NamedArrays = std::vector<std::pair<std::string, Array<float>>>;
+using HeldColors = std::map<std::string, std::pair<Array<float>, Array<int>>>;
 
 int add_mesh(SceneBuilder& b, const std::string& name, const Array<float>& positions,
              const Array<int>& triangles, const Array<float>& normals, const Array<int>& slots,
-             const NamedArrays& uv_maps, const NamedArrays& colors, const NamedArrays& vectors) {
+             const NamedArrays& uv_maps, const NamedArrays& colors, const NamedArrays& vectors,
+             const HeldColors& held) {
   const std::string who = "Mesh '" + name + "': ";
   Mesh mesh;
   mesh.name = name;
@@ -33,6 +35,14 @@ int add_mesh(SceneBuilder& b, const std::string& name, const Array<float>& posit
   for (const auto& [attribute, values] : colors)
     mesh.colors.push_back(
         {attribute, rows<Colorf>(values, who + "colour attribute '" + attribute + "'")});
+  for (CornerData<Colorf>& colour : mesh.colors) {
+    const auto found = held.find(colour.name);
+    if (found == held.end()) continue;
+    const auto& [values, elements] = found->second;
+    colour.held = rows<Colorf>(values, who + "held colours '" + colour.name + "'");
+    require_shape(elements, who + "elements of '" + colour.name + "'", {-1});
+    colour.elements.assign(elements.data(), elements.data() + elements.size());
+  }
   for (const auto& [attribute, values] : vectors)
     mesh.vectors.push_back({attribute, rows<Vec3f>(values, who + "vectors '" + attribute + "'")});
   return b.add_mesh(std::move(mesh));
@@ -110,10 +120,14 @@ void bind_builder(py::module_& m) {
   builder.def(py::init<>())
       .def("add_mesh", &add_mesh, "name"_a, "positions"_a, "triangles"_a, "corner_normals"_a,
            "material_slots"_a, "uv_maps"_a = NamedArrays{}, "colors"_a = NamedArrays{},
-           "vectors"_a = NamedArrays{}, py::call_guard<py::gil_scoped_release>(),
+           "vectors"_a = NamedArrays{}, "held_colors"_a = HeldColors{},
+           py::call_guard<py::gil_scoped_release>(),
            "(n,3) float32, (m,3) int32, (3m,3) float32 unit, (m,) int32, UV maps [(name, (3m,2))] "
            "and linear colour attributes [(name, (3m,3))], the active ones first; vectors that a "
-           "shader asks for by name, likewise; object space.")
+           "shader asks for by name, likewise; object space. held_colors: {colour attribute: "
+           "((n,3) the "
+           "values that it holds, (3m,) the one that each corner shows)}, of those that a fit "
+           "changes.")
       .def(
           "add_point_light",
           [](SceneBuilder& b, const std::string& name, const Array<double>& matrix, double power,
@@ -214,14 +228,31 @@ void bind_scene(py::module_& m) {
           "density. ValueError: it has none, another size, or a value out of range.")
       .def(
           "with_image",
-          [](const Scene& s, const std::string& material, const Array<float>& pixels) {
-            const Texture& image = *s.image({s.material(material)}).texture;
-            require_shape(pixels, "pixels", {image.height(), image.width(), 3});
-            return s.with_image({s.material(material)}, colors_of(pixels));
+          [](const Scene& s, const std::string& material, const Array<float>& pixels,
+             const std::string& parameter) {
+            const ImageRef ref = s.image_named(s.material(material), parameter);
+            const Texture& image = *s.image(ref).texture;
+            require_shape(pixels, "pixels", {image.height(), image.width(), s.channels(ref)});
+            if (s.channels(ref) == 3) return s.with_image(ref, colors_of(pixels));
+            return s.with_image(ref,
+                                std::vector<Colorf>(pixels.data(), pixels.data() + pixels.size()));
           },
-          "material"_a, "pixels"_a,
-          "Scene with other texels of a base colour's image, (h, w, 3) as it holds them, row 0 at "
-          "the top. ValueError: no such image, another size, a number that is not finite.")
+          "material"_a, "pixels"_a, "parameter"_a = kBaseColorTexture,
+          "Scene with other texels of an image, (h, w, 3), or (h, w, 1) of a number, as it holds "
+          "them, row 0 at the top. KeyError: no such name. ValueError: no such image, another "
+          "size, "
+          "a number that is not finite.")
+      .def(
+          "with_vertex_colors",
+          [](const Scene& s, const std::string& object, const Array<float>& colors) {
+            const int mesh =
+                s.geometry->instances()[static_cast<std::size_t>(s.object(object))].mesh;
+            return s.with_vertex_colors({mesh}, rows<Colorf>(colors, "colors"));
+          },
+          "object"_a, "colors"_a,
+          "Scene with other colours of a mesh, (n, 3) linear, one for each vertex or corner. "
+          "KeyError: no such object. ValueError: no colour attribute, another number, one that is "
+          "not finite.")
       .def(
           "project",
           [](const Scene& s, const std::string& camera, int width, int height,

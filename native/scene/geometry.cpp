@@ -20,7 +20,10 @@ template <class Action>
 void for_each_corner_list(Mesh& mesh, Action&& action) {
   action(mesh.corner_normals);
   for (auto& map : mesh.uvs) action(map.values);
-  for (auto& attribute : mesh.colors) action(attribute.values);
+  for (auto& attribute : mesh.colors) {
+    action(attribute.values);
+    if (!attribute.elements.empty()) action(attribute.elements);
+  }
   for (auto& attribute : mesh.vectors) action(attribute.values);
 }
 

@@ -24,6 +24,10 @@ template <class T>
 struct CornerData {
   std::string name;
   std::vector<T> values;
+  /// Of a colour attribute: the values that it holds, one for each vertex or corner of the mesh, and
+  /// the number of the one that each corner of a triangle shows. Empty: nothing tells.
+  std::vector<T> held{};
+  std::vector<int> elements{};
 };
 
 struct Mesh {

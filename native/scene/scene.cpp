@@ -14,6 +14,9 @@ namespace {
 /// Those of MaterialValues before the medium's.
 constexpr int kSurfaceFields = material_field(&MaterialValues::extinction);
 
+/// End the names of images of a parameter, and of a node.
+constexpr std::string_view kTexture = "_texture", kImage = ".image";
+
 constexpr const char* kNoSuchKind = "There is no such kind of owner or grid in a scene";
 
 const ParameterTable& table(OwnerKind kind) {
@@ -107,6 +110,14 @@ std::vector<std::string_view> names_of(const Material& material) {
   for (std::size_t i = material.shader ? kSurfaceFields : 0; i < rows.size(); ++i)
     names.push_back(rows[i].name);
   return names;
+}
+
+/// The parameter of a surface whose image has this name; -1: none.
+int image_field(std::string_view name) {
+  if (!name.ends_with(kTexture)) return -1;
+  name.remove_suffix(kTexture.size());
+  const int field = table(OwnerKind::kMaterial).find(name);
+  return field < kSurfaceFields ? field : -1;
 }
 
 }  // namespace
@@ -258,13 +269,45 @@ const PlacedGrid& Scene::grid(const GridRef& ref) const {
   return placed;
 }
 
+bool is_image_name(std::string_view name) {
+  return name.ends_with(kImage) || image_field(name) >= 0;
+}
+
+ImageRef Scene::image_named(int number, std::string_view name) const {
+  const Material& material = appearance.materials.at(static_cast<std::size_t>(number));
+  for (std::size_t i = 0; i < material.images.size(); ++i)
+    if (material.images[i].name == name) return {number, constant_field(static_cast<int>(i))};
+  const int field = image_field(name);
+  if (field >= 0) return {number, field};
+  throw UnknownName("'" + material.name + "' has no image '" + std::string(name) +
+                    "'; its shader has: " +
+                    listed(material.images, [](const ShaderImage& image) { return image.name; }));
+}
+
+std::string Scene::image_name(const ImageRef& ref) const {
+  const int own = shader_constant(ref.field);
+  if (own >= 0)
+    return appearance.materials.at(static_cast<std::size_t>(ref.material)).images.at(own).name;
+  return std::string(table(OwnerKind::kMaterial).rows.at(ref.field).name) + std::string(kTexture);
+}
+
+int Scene::object(std::string_view name) const {
+  const auto& instances = geometry->instances();
+  for (std::size_t i = 0; i < instances.size(); ++i)
+    if (instances[i].name == name) return static_cast<int>(i);
+  throw UnknownName("'" + std::string(name) + "' is no object of the scene; objects: " +
+                    listed(instances, [](const Instance& o) { return o.name; }));
+}
+
 const FieldMap& Scene::image(const ImageRef& ref) const {
   const Material& material = appearance.materials.at(static_cast<std::size_t>(ref.material));
-  const std::string who = material.name + ":" + kBaseColorTexture + ": ";
-  const FieldMap* image = material.map_of(material_field(&MaterialValues::base_color));
-  if (!image || !image->texture)
-    throw InvalidArgument(who +
-                          "no image gives the base colour; name base_color, or link an image");
+  const std::string who = material.name + ":" + image_name(ref) + ": ";
+  const int own = shader_constant(ref.field);
+  const FieldMap* image = own >= 0 ? &material.images.at(own).map : material.map_of(ref.field);
+  if (!image || !image->texture) {
+    const std::string name(table(OwnerKind::kMaterial).rows.at(ref.field).name);
+    throw InvalidArgument(who + "no image gives " + name + "; name " + name + ", or link an image");
+  }
   if (image->texture->has_alpha())
     throw InvalidArgument(who + "image '" + image->texture->name() +
                           "' has alpha; set its Alpha to None or Channel Packed");
@@ -284,9 +327,58 @@ Scene Scene::with_image(const ImageRef& ref, std::vector<Colorf> pixels) const {
   const FieldMap& from = image(ref);
   Scene scene = *this;
   Material& material = scene.appearance.materials.at(static_cast<std::size_t>(ref.material));
+  auto texture = std::make_shared<Texture>(from.texture->with(std::move(pixels)));
+  if (const int own = shader_constant(ref.field); own >= 0) {
+    auto shader = std::make_shared<Shader>(*material.shader);
+    shader->textures.at(static_cast<std::size_t>(from.field)) = texture;
+    material.shader = std::move(shader);
+    material.images.at(own).map.texture = std::move(texture);
+    return scene;
+  }
   FieldMap& map = material.maps[static_cast<std::size_t>(
       &from - appearance.materials[static_cast<std::size_t>(ref.material)].maps.data())];
-  map.texture = std::make_shared<Texture>(from.texture->with(std::move(pixels)));
+  map.texture = std::move(texture);
+  return scene;
+}
+
+int Scene::channels(const ImageRef& ref) const {
+  const int own = shader_constant(ref.field);
+  return own < 0 ? parameter_widths(OwnerKind::kMaterial).at(ref.field)
+                 : appearance.materials.at(static_cast<std::size_t>(ref.material))
+                       .images.at(own)
+                       .channels;
+}
+
+const VertexColors& Scene::vertex_colors(const VertexColorsRef& ref) const {
+  const VertexColors* found = nullptr;
+  for (const auto& one : appearance.mesh_colors) {
+    if (one->mesh() != ref.mesh) continue;
+    if (found)
+      throw InvalidArgument("Mesh '" + geometry->meshes().at(ref.mesh).name +
+                            "': its materials look up the colour attributes '" +
+                            found->attribute() + "' and '" + one->attribute() +
+                            "'; let them look up one");
+    found = one.get();
+  }
+  if (!found)
+    throw InvalidArgument("Mesh '" + geometry->meshes().at(ref.mesh).name +
+                          "': its materials look up no colour attribute that it has; link a Color "
+                          "Attribute to the Base Color");
+  return *found;
+}
+
+Scene Scene::with_vertex_colors(const VertexColorsRef& ref, std::vector<Colorf> values) const {
+  const VertexColors& from = vertex_colors(ref);
+  if (values.size() != from.values().size())
+    throw InvalidArgument("Colour attribute '" + from.attribute() + "' has " +
+                          std::to_string(from.values().size()) + " values, not " +
+                          std::to_string(values.size()));
+  Scene scene = *this;
+  for (auto& one : scene.appearance.mesh_colors)
+    if (one.get() == &from) {
+      one = std::make_shared<const VertexColors>(from.with(std::move(values)));
+      break;
+    }
   return scene;
 }
 

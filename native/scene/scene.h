@@ -14,6 +14,7 @@
 #include "scene/light.h"
 #include "scene/shader/shader.h"
 #include "scene/texture.h"
+#include "scene/vertex_colors.h"
 #include "scene/world.h"
 
 namespace selenite {
@@ -45,13 +46,26 @@ struct GridRef {
   bool operator==(const GridRef&) const = default;
 };
 
-/// The image of a material's base colour.
+/// An image of a material: the one that gives a parameter of its surface, see `material_field`, or one
+/// of its shader. The latter follow as constants do, see `constant_field`.
 struct ImageRef {
   int material;
+  int field = material_field(&MaterialValues::base_color);
   bool operator==(const ImageRef&) const = default;
 };
-/// Its name among the parameters of a material.
+/// The name of a base colour's image among the parameters of a material.
 inline constexpr const char* kBaseColorTexture = "base_color_texture";
+/// Whether an image of a material can have this name: a parameter's of its surface and "_texture", or
+/// that of a node of its shader and ".image".
+bool is_image_name(std::string_view name);
+
+/// The colour attribute of a mesh that materials look up.
+struct VertexColorsRef {
+  int mesh;
+  bool operator==(const VertexColorsRef&) const = default;
+};
+/// Its name among the parameters of an object.
+inline constexpr const char* kVertexColors = "vertex_colors";
 
 /// The image of the world.
 struct EnvironmentRef {
@@ -62,7 +76,14 @@ inline constexpr const char* kEnvironment = "environment";
 /// The world among the owners of parameters.
 inline constexpr const char* kWorldName = "World";
 /// What can be unknown with a value at every place.
-using FieldRef = std::variant<GridRef, ImageRef, EnvironmentRef>;
+using FieldRef = std::variant<GridRef, ImageRef, EnvironmentRef, VertexColorsRef>;
+
+/// An image of a shader that can be unknown.
+struct ShaderImage {
+  std::string name;  ///< among the parameters of the material
+  FieldMap map;      ///< `field`: its number among the shader's textures
+  int channels = 3;  ///< 1: all that the shader takes of it is one number
+};
 
 struct Material {
   std::string name;
@@ -74,7 +95,8 @@ struct Material {
   bool transparent_shadows = true;  ///< shadow rays pass straight through where others do (alpha)
   /// What the surface is made of in place of the Principled BSDF of `values`; null: nothing else.
   std::shared_ptr<const Shader> shader;
-  std::vector<Color<double>> constants;  ///< of the shader: all that a fit changes of it
+  std::vector<Color<double>> constants;  ///< of the shader: what a fit changes of it
+  std::vector<ShaderImage> images;       ///< likewise
 
   const PlacedGrid& grid(GridKind kind) const;
   PlacedGrid& grid(GridKind kind);
@@ -102,6 +124,7 @@ struct Appearance {
   std::vector<Material> materials;
   std::vector<Light> lights;
   World world;
+  MeshColors mesh_colors;
 };
 
 /// A scene: values only. Nothing writes into a scene that is being rendered; `with` makes another.
@@ -128,18 +151,30 @@ struct Scene {
   int material(std::string_view name) const;
   /// The grid itself; InvalidArgument when the material has none of this kind.
   const PlacedGrid& grid(const GridRef& ref) const;
-  /// The image of a base colour, and how it lies on the surface. InvalidArgument when the material
-  /// has none, or one with alpha, whose texels' derivatives are not told.
+  /// The number of an object. UnknownName lists those there are.
+  int object(std::string_view name) const;
+  /// The image of this name. UnknownName: the material has no parameter or image of it.
+  ImageRef image_named(int material, std::string_view name) const;
+  std::string image_name(const ImageRef& ref) const;
+  /// An image, and how it lies on the surface. InvalidArgument when the material has none, or one with
+  /// alpha, whose texels' derivatives are not told.
   const FieldMap& image(const ImageRef& ref) const;
+  /// The numbers of a texel that are unknown: 3 of a colour, 1 of a number.
+  int channels(const ImageRef& ref) const;
+  /// The colours of a mesh. InvalidArgument when no material looks up an attribute of it, or several.
+  const VertexColors& vertex_colors(const VertexColorsRef& ref) const;
   /// The image of the world. InvalidArgument when it has none, or one that a colour tints: then it
   /// is not the radiance at strength 1.
   const EnvironmentMap& environment() const;
   /// This scene with other values of a grid; InvalidArgument when there is none, or a value is not
   /// finite or out of range: [0, 1] for an albedo, at least 0 for a density.
   Scene with_grid(const GridRef& ref, std::vector<float> values) const;
-  /// This scene with other colours in the image of a base colour, as the image holds them.
-  /// InvalidArgument as `image`, or when their number is another or one is not finite.
+  /// This scene with other colours in an image, as the image holds them. InvalidArgument as `image`,
+  /// or when their number is another or one is not finite.
   Scene with_image(const ImageRef& ref, std::vector<Colorf> pixels) const;
+  /// This scene with other colours of a mesh. InvalidArgument as `vertex_colors`, or when their number
+  /// is another or one is not finite.
+  Scene with_vertex_colors(const VertexColorsRef& ref, std::vector<Colorf> values) const;
   /// This scene with other radiance in the image of the world, of which light sampling finds dark
   /// pixels too. InvalidArgument as `environment`, or when their number is another, or one is
   /// negative or not finite.

@@ -71,6 +71,11 @@ int SceneBuilder::add_mesh(Mesh mesh) {
   check_corners(mesh.uvs, "UV map");
   check_corners(mesh.colors, "colour attribute");
   check_corners(mesh.vectors, "corner vectors");
+  for (const auto& list : mesh.colors)
+    if (!list.elements.empty() && list.elements.size() != 3 * n)
+      throw InvalidArgument(who + "colour attribute '" + list.name + "' has " +
+                            count_of(list.elements.size()) + " elements for " + count_of(n) +
+                            " triangles; give three a triangle");
   if (mesh.material_slots.size() != n)
     throw InvalidArgument(who + count_of(mesh.material_slots.size()) + " material slots for " +
                           count_of(n) + " triangles; give one a triangle");
@@ -127,6 +132,15 @@ Scene SceneBuilder::build() const {
     material.density_grid.move_origin(origin);
   }
   for (Camera& camera : scene.cameras) camera.to_world.translate(-origin);
+  const auto& built = scene.geometry->meshes();
+  for (std::size_t m = 0; m < built.size(); ++m)
+    for (const CornerData<Colorf>& list : built[m].colors)
+      if (!list.elements.empty() && std::ranges::all_of(list.held, [](const Colorf& c) {
+            return std::isfinite(c.r) && std::isfinite(c.g) && std::isfinite(c.b);
+          }))
+        scene.appearance.mesh_colors.push_back(std::make_shared<const VertexColors>(
+            static_cast<int>(m), list.name, std::make_shared<const std::vector<int>>(list.elements),
+            list.held));
   return scene;
 }
 

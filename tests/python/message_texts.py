@@ -13,13 +13,13 @@ from selenite import parameters
 
 ADDON = Path(__file__).resolve().parents[2] / "addon" / "selenite"
 ROOMS = (
-    "fit_run", "information", "next_camera", "trade", "environments", "interface", "scene_read",
-    "write_back", "cycles_check", "importers", "grid_files.py", "json_text.py", "native.py",
+    "capture", "fit", "report", "advice", "environments", "interface", "scene_read", "write_back",
+    "cycles_check", "importers", "grid_files.py", "json_text.py", "native.py",
     "problems.py",
 )  # fmt: skip
 #: Whose literals are no sentences for a user: pictures, files, tables of names, handlers.
 NOT_SHOWN = (
-    "fit_run/pictures", "fit_run/old_names.py", "trade/report.py", "cycles_check/worker.py",
+    "report/pictures", "fit/old_names.py", "advice/trade/report.py", "cycles_check/worker.py",
     "interface/problem_words.py", "interface/furniture/links.py",
 )  # fmt: skip
 _NAMES = "_"  # in a word: a list of identifiers

@@ -54,7 +54,7 @@ def wanted() -> dict[str, tuple[str, str]]:
 
 def _parts(text: str, *, of_file: bool) -> list[str]:
     """What is translated by itself: cause and cure. of_file: its name goes into the title, and the
-    cause says "it", see `fit_run.photos.files.unreadable`."""
+    cause says "it", see `capture.photo_files.unreadable`."""
     if of_file:
         text = _FILE.sub("it ", text, count=1)
     text = _TITLE.sub("", text, count=1)

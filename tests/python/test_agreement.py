@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from selenite.fit_run.answer.gain_level import Change, _with_wider, change_of, level_error
-from selenite.fit_run.answer.halves import halves
+from selenite.report.gain_level import Change, _with_wider, change_of, level_error
+from selenite.report.halves import halves
 
 PICTURE = np.full((8, 10, 3), 0.4)
 ONES = np.ones_like(PICTURE)

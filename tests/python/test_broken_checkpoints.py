@@ -15,7 +15,7 @@ sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 pytest.importorskip("selenite._core", reason="the native module is not built")
 from fuzzing import seeds  # noqa: E402
 
-from selenite.fit_run import checkpoint  # noqa: E402
+from selenite.fit import checkpoint  # noqa: E402
 from selenite.problems import BadInput  # noqa: E402
 
 

@@ -12,10 +12,10 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
+from selenite.capture.captures_file import read_captures_file  # noqa: E402
+from selenite.capture.request import CaptureRequest, with_ids  # noqa: E402
 from selenite.commands import arguments  # noqa: E402
-from selenite.fit_run.captures.files import read_captures_file  # noqa: E402
 from selenite.problems import BadInput, Problem  # noqa: E402
-from selenite.scene_read.capture_request import CaptureRequest, with_ids  # noqa: E402
 
 
 def ids(*captures: tuple[str, str], cameras: tuple[str, ...] = ()) -> list[str]:

@@ -20,8 +20,8 @@ sys.path.insert(0, str(ROOT / "addon"))
 from selenite import cli  # noqa: E402
 from selenite.commands import probe, terminal  # noqa: E402
 from selenite.commands.examples import EXAMPLES  # noqa: E402
-from selenite.fit_run.request import read_run  # noqa: E402
-from selenite.fit_run.staging.request import read_stages  # noqa: E402
+from selenite.fit.request import read_run  # noqa: E402
+from selenite.fit.staging.request import read_stages  # noqa: E402
 from selenite.problems import BadInput, Failed, Problem, choice, problems_of  # noqa: E402
 
 

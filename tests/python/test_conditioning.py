@@ -11,8 +11,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite.information import fisher  # noqa: E402
-from selenite.information.conditioning import deferred  # noqa: E402
+from selenite.advice.information import fisher  # noqa: E402
+from selenite.advice.information.conditioning import deferred  # noqa: E402
 
 APART = [[0], [1], [2]]
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from selenite.fit_run.darkness import problems_of_darkness
+from selenite.fit.diagnosis.darkness import problems_of_darkness
 from selenite.scene_read.values import LightValues, MaterialValues, SceneValues, WorldValues
 
 ALL: dict[str, Any] = {"lamps": None, "world": True, "places": {}}

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from selenite._core import StopReason
-from selenite.fit_run import diagnosis
-from selenite.fit_run.diagnosis import Limits, View, diagnose
+from selenite.fit.diagnosis import course as diagnosis
+from selenite.fit.diagnosis.course import Limits, View, diagnose
 
 ROUGHNESS = Limits("Body:roughness", 0.02, 0.999)
 COLOUR = Limits("Body:base_color", 0.001, 0.999)

@@ -13,12 +13,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite.fit_run import cost  # noqa: E402
-from selenite.fit_run.settings import FitSettings  # noqa: E402
-from selenite.fit_run.unknowns import Unknown  # noqa: E402
+from selenite.advice.trade.expected import Expected  # noqa: E402
+from selenite.fit import cost  # noqa: E402
+from selenite.fit.settings import FitSettings  # noqa: E402
+from selenite.fit.unknowns import Unknown  # noqa: E402
 from selenite.parameters import table  # noqa: E402
 from selenite.problems import BadInput  # noqa: E402
-from selenite.trade.expected import Expected  # noqa: E402
 
 
 def unknown(name: str, owner: str = "Jade") -> Unknown:

@@ -14,8 +14,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 from made_results import plan_of, result_of  # noqa: E402
 
 from selenite import native  # noqa: E402
-from selenite.fit_run.answer import findings as module  # noqa: E402
-from selenite.fit_run.answer.findings import OPEN, SURE, UNKNOWN, WEAK, findings  # noqa: E402
+from selenite.report import findings as module  # noqa: E402
+from selenite.report.findings import OPEN, SURE, UNKNOWN, WEAK, findings  # noqa: E402
 
 
 def verdict(plan: Any, result: dict[str, Any]) -> tuple[str, str]:

@@ -11,7 +11,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite.fit_run.gauge import gauges, remarks  # noqa: E402
+from selenite.fit.diagnosis.gauge import gauges, remarks  # noqa: E402
 from selenite.scene_read.values import SceneValues  # noqa: E402
 
 

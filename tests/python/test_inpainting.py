@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 
-from selenite.fit_run.fields.images import inpainted, seen
+from selenite.fit.fields.images import inpainted
+from selenite.fit.fields.seen import seen
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (7, 5), (16, 16), (33, 2)])

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import pytest
 
 from selenite._core import StopReason
-from selenite.fit_run.answer import light_pairing
-from selenite.fit_run.answer.light_pairing import explains, mismatches
+from selenite.report import light_pairing
+from selenite.report.light_pairing import explains, mismatches
 
 
 @pytest.mark.parametrize(

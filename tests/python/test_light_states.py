@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from selenite.fit_run.captures.files import read_captures_file
-from selenite.fit_run.captures.light_states import (
+from selenite.capture.captures_file import read_captures_file
+from selenite.capture.light_states import (
     AS_IN_SCENE,
     described,
     is_as_in_scene,
@@ -20,8 +20,8 @@ from selenite.fit_run.captures.light_states import (
     light_state,
     most_common,
 )
+from selenite.capture.request import CaptureRequest
 from selenite.problems import BadInput, Problem
-from selenite.scene_read.capture_request import CaptureRequest
 from selenite.scene_read.lamps import places as lamp_places
 from selenite.scene_read.values import LampFrame, LightValues, SceneValues
 

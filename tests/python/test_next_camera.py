@@ -14,9 +14,9 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite.information import fisher  # noqa: E402
-from selenite.next_camera import report  # noqa: E402
-from selenite.next_camera.candidates import Candidate, looking_at  # noqa: E402
+from selenite.advice.information import fisher  # noqa: E402
+from selenite.advice.next_camera import report  # noqa: E402
+from selenite.advice.next_camera.candidates import Candidate, looking_at  # noqa: E402
 
 
 def test_python_reads_the_native_errors() -> None:

@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite.fit_run import checkpoint, old_names  # noqa: E402
+from selenite.fit import checkpoint, old_names  # noqa: E402
 from selenite.problems import BadInput  # noqa: E402
 
 #: As version 0.1.0 wrote it before photos had ids.

@@ -9,9 +9,9 @@ from dataclasses import replace
 import pytest
 
 from selenite._core import StopReason
-from selenite.fit_run import overall
-from selenite.fit_run.job import Progress
-from selenite.fit_run.overall import Overall, Shown, time_text
+from selenite.fit import overall
+from selenite.fit.job import Progress
+from selenite.fit.overall import Overall, Shown, time_text
 
 WEIGHTS = [{"multi-start": 1.0, "descent": 4.0, "refinement": 3.0, "comparison": 2.0}]
 NEW = Progress(

@@ -19,7 +19,7 @@ problem_words = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(problem_words)
 
 #: Texts of the rooms that both the panel and the command line use.
-ROOMS = ("fit_run", "scene_read", "information", "next_camera")
+ROOMS = ("scene_read", "capture", "fit", "report", "advice")
 OPTION = re.compile(r'"[^"]*--[a-z][^"]*"')
 
 

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from selenite import native
-from selenite.fit_run.captures.prepared import Capture, read_captures
+from selenite.capture.prepared import Capture, read_captures
+from selenite.capture.request import CaptureRequest
 from selenite.problems import Problem
-from selenite.scene_read.capture_request import CameraLens, CaptureRequest, LensDistortion
+from selenite.scene_read.lens import CameraLens, LensDistortion
 from selenite.scene_read.values import CameraValues, SceneValues
 
 WIDTH, HEIGHT = 480, 320

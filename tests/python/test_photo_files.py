@@ -20,10 +20,10 @@ pytest.importorskip("selenite._image", reason="the native module is not built")
 import OpenEXR  # noqa: E402
 
 from selenite import native  # noqa: E402
-from selenite.fit_run.captures import prepared  # noqa: E402
-from selenite.fit_run.captures.prepared import Capture, read_captures  # noqa: E402
+from selenite.capture import prepared  # noqa: E402
+from selenite.capture.prepared import Capture, read_captures  # noqa: E402
+from selenite.capture.request import CaptureRequest  # noqa: E402
 from selenite.problems import Problem  # noqa: E402
-from selenite.scene_read.capture_request import CaptureRequest  # noqa: E402
 
 WIDTH, HEIGHT = 16, 12
 

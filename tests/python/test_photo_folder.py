@@ -9,12 +9,7 @@ import numpy as np
 import pytest
 
 from selenite.importers.lens import blender_lens, intrinsics_of
-from selenite.importers.photo_folder import (
-    files_by_path,
-    match_masks,
-    match_photos,
-    short_name,
-)
+from selenite.importers.photo_folder import files_by_path, match_masks, match_photos, short_name
 from selenite.importers.placement import Placement, placement_of, plane_rotation, why_no_plane
 from selenite.importers.reconstruction import (
     Intrinsics,
@@ -23,7 +18,7 @@ from selenite.importers.reconstruction import (
     Reconstruction,
 )
 from selenite.problems import Problem
-from selenite.scene_read.capture_request import LensDistortion
+from selenite.scene_read.lens import LensDistortion
 
 
 def camera(label: str, photo: str = "", place: tuple = (0, 0, 0)) -> ReconstructedCamera:
@@ -182,8 +177,8 @@ def test_opposite_normals_have_a_rotation() -> None:
 
 
 def test_a_lens_goes_both_ways() -> None:
-    """fit_run.photos.window turns Blender's numbers into pixels; here they come from pixels."""
-    from selenite.fit_run.photos.window import PhotoWindow, projection
+    """capture.window turns Blender's numbers into pixels; here they come from pixels."""
+    from selenite.capture.window import PhotoWindow, projection
     from selenite.scene_read.values import CameraValues
 
     true = LensDistortion(410.0, 400.0, 143.0, 260.5)

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from selenite import native
-from selenite.fit_run.captures.prepared import Capture, read_captures
-from selenite.fit_run.photos.background import Background, flooded
-from selenite.fit_run.photos.masks import eroded
+from selenite.capture.background import Background, flooded
+from selenite.capture.masks import eroded
+from selenite.capture.prepared import Capture, read_captures
+from selenite.capture.request import CaptureRequest
 from selenite.problems import Problem
-from selenite.scene_read.capture_request import CaptureRequest
 from selenite.scene_read.values import CameraValues, SceneValues
 
 WIDTH, HEIGHT = 32, 24

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from selenite.fit_run.photos import pairing
+from selenite.capture import pairing
 
 NAMES = ("Front", "Side", "Back")
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from selenite import _core
-from selenite.fit_run.captures.prepared import Capture
+from selenite.capture.prepared import Capture
 
 SIZE = 8
 POWERS = {"Key": 300.0, "Fill": 120.0}

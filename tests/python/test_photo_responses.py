@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from selenite import native
-from selenite.fit_run.captures.prepared import Capture, read_captures
-from selenite.fit_run.photos.response import read_response
+from selenite.capture.prepared import Capture, read_captures
+from selenite.capture.request import CaptureRequest
+from selenite.capture.response import read_response
 from selenite.problems import Problem
-from selenite.scene_read.capture_request import CaptureRequest
 from selenite.scene_read.values import CameraValues, SceneValues
 
 WIDTH, HEIGHT = 8, 6

@@ -8,15 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from selenite.fit_run.photos.window import (
-    WHOLE,
-    PhotoWindow,
-    cropped_camera,
-    projection,
-    window_of,
-)
+from selenite.capture.request import CaptureRequest
+from selenite.capture.window import WHOLE, PhotoWindow, cropped_camera, projection, window_of
 from selenite.problems import Problem
-from selenite.scene_read.capture_request import CaptureRequest
 from selenite.scene_read.values import CameraValues
 
 #: The scene renders 3:2.

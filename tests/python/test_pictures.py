@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from selenite.fit_run.captures import render as capture_render
-from selenite.fit_run.captures.prepared import Capture
-from selenite.fit_run.pictures import comparison, glyphs, plots, sheet
-from selenite.fit_run.pictures.canvas import Canvas, encoded, heat, resized
-from selenite.fit_run.pictures.comparison import Choice, Pictures, compared
+from selenite.capture.prepared import Capture
+from selenite.fit import capture_render
+from selenite.report.pictures import comparison, glyphs, plots, sheet
+from selenite.report.pictures.canvas import Canvas, encoded, heat, resized
+from selenite.report.pictures.comparison import Choice, Pictures, compared
 
 RED = (1.0, 0.0, 0.0)
 

@@ -14,8 +14,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from made_results import plan_of, result_of  # noqa: E402
 
-from selenite.fit_run.answer.table import Line, interval, lines, number, sentences, with_half  # noqa: E402
 from selenite.parameters import table  # noqa: E402
+from selenite.report.table import Line, interval, lines, number, sentences, with_half  # noqa: E402
 
 
 def test_a_number_has_the_digits_that_are_known() -> None:

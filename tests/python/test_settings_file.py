@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from selenite.fit_run.settings import FitSettings, with_overrides
+from selenite.fit.settings import FitSettings, with_overrides
 from selenite.problems import BadInput
 
 #: No default, no two numbers equal.

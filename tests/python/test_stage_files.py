@@ -5,9 +5,9 @@ import json
 
 import pytest
 
-from selenite.fit_run.staging.request import PRESETS, StageRequest, read_stages, stages_by_name
+from selenite.capture.request import CaptureRequest
+from selenite.fit.staging.request import PRESETS, StageRequest, read_stages, stages_by_name
 from selenite.problems import BadInput
-from selenite.scene_read.capture_request import CaptureRequest
 
 
 def write(tmp_path, data):

@@ -17,8 +17,8 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
 from selenite._core import StopReason  # noqa: E402
-from selenite.fit_run import trust  # noqa: E402
-from selenite.fit_run.unknowns import Unknown  # noqa: E402
+from selenite.fit import trust  # noqa: E402
+from selenite.fit.unknowns import Unknown  # noqa: E402
 
 
 def unknown(name: str, width: int = 1, low: float = 0.02, high: float = 0.999) -> Unknown:

@@ -9,12 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from selenite.fit_run.answer.aligned import doubtful, sentences
-from selenite.fit_run.answer.results import _capture_entry
-from selenite.fit_run.captures.prepared import Capture, without_photo
-from selenite.fit_run.diagnosis import FIRST_ITERATION, diagnose
-from selenite.fit_run.turntable import light_turns
-from selenite.fit_run.views import View
+from selenite.capture.prepared import Capture, without_photo
+from selenite.capture.views import View
+from selenite.fit.diagnosis.course import FIRST_ITERATION, diagnose
+from selenite.fit.diagnosis.turntable import light_turns
+from selenite.report.aligned import doubtful, sentences
+from selenite.report.results import _capture_entry
 
 SIZE, RADIUS, COUNT = 40, 15.0, 8
 ANGLES = np.linspace(0, 2 * np.pi, COUNT, endpoint=False)

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from selenite.fit_run.diagnosis import FIRST_ITERATION, diagnose
-from selenite.fit_run.unlit import light_in_the_dark
-from selenite.fit_run.views import View
+from selenite.capture.views import View
+from selenite.fit.diagnosis.course import FIRST_ITERATION, diagnose
+from selenite.fit.diagnosis.unlit import light_in_the_dark
 
 SIZE, RADIUS = 48, 18.0
 

@@ -68,7 +68,7 @@ PHRASES_OF_TEXTS = re.compile(
 )
 #: Where names of earlier versions are read, and this list.
 EXEMPT = {
-    "addon/selenite/fit_run/old_names.py",
+    "addon/selenite/fit/old_names.py",
     "bench/synthetic/table.py",
     "tests/python/test_words.py",
 }

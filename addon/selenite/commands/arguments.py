@@ -14,8 +14,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from .. import native, parameters
-from ..fit_run.settings import number
-from ..fit_run.staging.request import AUTO, PRESETS, StageRequest, read_stages
+from ..fit.settings import number
+from ..fit.staging.request import AUTO, PRESETS, StageRequest, read_stages
 from ..parameters import Values
 from ..paths import absolute, is_folder, is_there, why_not_file, why_not_folder, why_not_output
 from ..problems import BadInput, Problem

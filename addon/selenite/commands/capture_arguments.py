@@ -8,15 +8,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from ..capture.request import AUTO_RESPONSE, GAINS, MOST_ERODED, CaptureRequest, with_ids
 from ..paths import absolute
 from ..problems import BadInput, Problem, meant
-from ..scene_read.capture_request import (
-    AUTO_RESPONSE,
-    GAINS,
-    MOST_ERODED,
-    CaptureRequest,
-    with_ids,
-)
 
 if TYPE_CHECKING:
     import bpy
@@ -56,7 +50,7 @@ def stored_captures(
     args: argparse.Namespace, scene: bpy.types.Scene, problems: list[Problem]
 ) -> list[CaptureRequest]:
     """Those of the scene. Adds what is wrong with them, unless others are given."""
-    from ..scene_read.photos import captures_of, misplaced_backgrounds  # needs Blender
+    from ..capture.scene_captures import captures_of, misplaced_backgrounds  # needs Blender
 
     if not args.captures and not args.photo:
         problems += misplaced_backgrounds(scene)
@@ -72,7 +66,7 @@ def captures_from(
     """--captures, --photo, or else what is stored; --mask and --exclude add to any, by the id of a
     photo. The others are those of photos that do not say. Raises BadInput with all of `problems`
     where the file of --captures cannot be read: nothing that follows would make sense."""
-    from ..fit_run.captures.files import read_captures_file  # not for --help, as it needs numpy
+    from ..capture.captures_file import read_captures_file  # not for --help, as it needs numpy
     from . import arguments
 
     if args.captures:

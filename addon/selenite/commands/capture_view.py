@@ -8,15 +8,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .. import native
-from ..fit_run.answer.fitted_scene import RESULT
-from ..fit_run.captures.files import read_captures_file
-from ..fit_run.captures.prepared import Capture, read_captures
-from ..fit_run.captures.render import as_reported
-from ..fit_run.request import read_run
+from ..capture.captures_file import read_captures_file
+from ..capture.prepared import Capture, read_captures
+from ..capture.request import CaptureRequest, with_ids
+from ..fit.capture_render import as_reported
+from ..fit.checkpoint import RESULT
+from ..fit.request import read_run
 from ..json_text import read_json
 from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem, choice
-from ..scene_read.capture_request import CaptureRequest, with_ids
 from ..scene_read.values import SceneValues
 
 
@@ -46,7 +46,7 @@ def capture_view(
     request = _chosen(args, captures, problems)
     if request is None:
         return None
-    from ..scene_read.photos import packed_photos
+    from ..capture.scene_captures import packed_photos
 
     height = args.height if args.height is not None else native.image().largest_picture
     found = read_captures(values, [request], height, problems, [], packed_photos())

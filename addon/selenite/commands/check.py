@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import mean_free_path
-from ..fit_run.captures import light_states
-from ..fit_run.captures.light_states import described
-from ..fit_run.captures.prepared import read_captures
-from ..fit_run.plan import build_scene, paths_traced
-from ..fit_run.unknowns import USUAL, usual_requests
+from ..capture import light_states
+from ..capture.light_states import described
+from ..capture.prepared import read_captures
+from ..capture.request import PACKED, CaptureRequest, with_ids
+from ..fit.plan import build_scene, paths_traced
+from ..fit.unknowns import USUAL, usual_requests
 from ..problems import BadInput, Problem, listed
-from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.values import Owner, SceneValues
 from .capture_arguments import captures_from, stored_captures
 from .grouping import grouped
@@ -33,8 +33,8 @@ PHOTO_HEIGHT = 64
 def run(args: argparse.Namespace) -> JsonObject:
     """Reads and builds the scene; exit status 2 if anything stands in the way. A render does
     without the photos that the scene names, so that those which are gone do not count."""
+    from ..capture.scene_captures import packed_photos
     from ..cycles_check import render_settings
-    from ..scene_read.photos import packed_photos
 
     scene, values = open_scene(args.scene, reading_of(args))
     problems: list[Problem] = []

@@ -13,7 +13,7 @@ from .capture_arguments import add_captures
 from .render_arguments import KEPT, add_of_fits, add_reading
 
 if TYPE_CHECKING:
-    from ..fit_run.request import UnknownRequest
+    from ..fit.request import UnknownRequest
     from ..scene_read.values import SceneValues
 
 #: For commands without these arguments.

@@ -11,22 +11,22 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..fit_run.answer.results import new_folder, size_of
-from ..fit_run.captures.prepared import without_photo
-from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, load
-from ..fit_run.inputs import changes, inputs_of
-from ..fit_run.job import DESCENT, FitFailed, FitJob
-from ..fit_run.overall import Overall, time_text
-from ..fit_run.plan import FitPlan, prepare
-from ..fit_run.request import RunRequest, UnknownRequest, read_run
-from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
-from ..fit_run.staging.request import AUTO, USUAL, StageRequest, stages_by_name
-from ..fit_run.staging.request import PRESETS as STAGE_PRESETS
-from ..fit_run.unknowns import WHICH_MATERIAL, candidates_of, fittable_usual, usual_requests
-from ..information.conditioning import StageChoice
+from ..advice.information.conditioning import StageChoice
+from ..capture.prepared import without_photo
+from ..fit.checkpoint import SUFFIX, Recorder, Unfinished, load
+from ..fit.inputs import changes, inputs_of
+from ..fit.job import DESCENT, FitFailed, FitJob
+from ..fit.overall import Overall, time_text
+from ..fit.plan import FitPlan, prepare
+from ..fit.request import RunRequest, UnknownRequest, read_run
+from ..fit.settings import PRESETS, THESIS, FitSettings, with_overrides
+from ..fit.staging.request import AUTO, USUAL, StageRequest, stages_by_name
+from ..fit.staging.request import PRESETS as STAGE_PRESETS
+from ..fit.unknowns import WHICH_MATERIAL, candidates_of, fittable_usual, usual_requests
 from ..parameters import join_name
 from ..paths import absolute, why_not_folder
 from ..problems import BadInput, Problem, meant, problems_of
+from ..report.results import new_folder, size_of
 from ..scene_read.options import options_of
 from ..scene_read.values import SceneValues
 from . import arguments
@@ -103,7 +103,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     arguments.stop_if(problems)
     scene, values = open_scene(base.scene, base.reading | reading_of(args))
 
-    from ..scene_read.photos import packed_photos
+    from ..capture.scene_captures import packed_photos
 
     stored = base.captures or tuple(stored_captures(args, scene, problems))
     if begins_at:
@@ -172,7 +172,7 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     if request.begins_at:
         values = begin_at(scene, values, checked(request.begins_at))
 
-    from ..scene_read.photos import packed_photos
+    from ..capture.scene_captures import packed_photos
 
     packed = packed_photos()
     try:

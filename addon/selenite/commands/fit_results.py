@@ -11,23 +11,17 @@ from pathlib import Path
 from typing import Any
 
 from .. import native
-from ..fit_run.answer.light_pairing import with_warnings
-from ..fit_run.answer.results import (
-    finished,
-    of_photos,
-    result_json,
-    seconds_of_pictures,
-    write_results,
-)
-from ..fit_run.answer.table import TITLES, lines, sentences
-from ..fit_run.captures.render import as_found
-from ..fit_run.checkpoint import Recorder
-from ..fit_run.field_kinds import IN_PLACE_OF
-from ..fit_run.fields import EnvironmentUnknown, ImageUnknown, fitted_grids
-from ..fit_run.job import fitted_values
-from ..fit_run.plan import FitPlan
+from ..fit.capture_render import as_found
+from ..fit.checkpoint import Recorder
+from ..fit.field_kinds import IN_PLACE_OF
+from ..fit.fields import EnvironmentUnknown, SurfaceUnknown, fitted_grids
+from ..fit.job import fitted_values
+from ..fit.plan import FitPlan
 from ..parameters import Values, join_name
 from ..problems import BadInput
+from ..report.light_pairing import with_warnings
+from ..report.results import finished, of_photos, result_json, seconds_of_pictures, write_results
+from ..report.table import TITLES, lines, sentences
 from ..scene_read.values import SceneValues
 from .terminal import bar, say, say_saved, table
 
@@ -173,19 +167,18 @@ def _show(
     result: dict[str, Any],
     folder: Path,
 ) -> list[str]:
-    """Fitted grids as Volume objects, where that is possible, fitted images as image nodes; what
-    was done, line by line."""
+    """Fitted grids as Volume objects, where that is possible, fitted images as image nodes, colours
+    in their meshes; what was done, line by line."""
     if not plan.fields:
         return []
-    from ..write_back import environments
+    from ..write_back import environments, surfaces
     from ..write_back import grids as grid_objects
-    from ..write_back import images as image_nodes
 
     lines = []
     grids = fitted_grids(plan.fields, result["fields_best"])
     shows = [
         *(partial(grid_objects.show, scene, values, *item, folder) for item in grids.items()),
-        *(partial(image_nodes.show, values, *item) for item in _images(plan, folder).items()),
+        *(partial(surfaces.show, values, *item) for item in _surfaces(plan, folder).items()),
         *(partial(environments.show, scene, values, path) for path in _environment(plan, folder)),
     ]
     for show in shows:
@@ -201,25 +194,24 @@ def _show(
 def _hide(scene: Any, plan: FitPlan) -> None:  # noqa: ANN401
     """Undoes `_show` in the open scene, so that the check finds what was fitted."""
     if plan.fields:
-        from ..write_back import environments
+        from ..write_back import environments, surfaces
         from ..write_back import grids as grid_objects
-        from ..write_back import images as image_nodes
 
         for item in plan.fields:
-            if item.kind.is_image:
-                image_nodes.restore(item.owner)
+            if item.kind.is_surface:
+                surfaces.restore(item.name)
             elif item.kind.is_environment:
                 environments.restore(scene)
             else:
                 grid_objects.restore(scene, item.owner)
 
 
-def _images(plan: FitPlan, folder: Path) -> dict[str, str]:
-    """Material -> file of its fitted image."""
+def _surfaces(plan: FitPlan, folder: Path) -> dict[str, str]:
+    """Name -> file of each fitted image and of the fitted colours of each mesh."""
     return {
-        item.owner: str(folder / item.files[0])
+        item.name: str(folder / item.files[0])
         for item in plan.fields
-        if isinstance(item, ImageUnknown)
+        if isinstance(item, SurfaceUnknown)
     }
 
 
@@ -248,11 +240,11 @@ def _check(
         return
     grids = fitted_grids(plan.fields, result["fields_best"])
     try:
-        images = _images(plan, folder)
+        found_on = _surfaces(plan, folder)
         taken = [as_found(item, result) for item in plan.captures]
         written = _single_values(values, plan, result)
         environment = next(iter(_environment(plan, folder)), "")
-        job = check.CheckJob(scene, plan.request, written, grids, images, taken, environment)
+        job = check.CheckJob(scene, plan.request, written, grids, found_on, taken, environment)
         try:
             job.start()
             with bar("Cycles") as shown:

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..capture.request import MOST_ERODED, PACKED
 from ..paths import absolute, is_folder
 from ..problems import Problem
-from ..scene_read.capture_request import MOST_ERODED, PACKED
 from .arguments import input_file, output_file, stop_if
 from .grouping import grouped
 from .terminal import bar, say, say_saved

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import argparse
 
-from ..fit_run.answer.fitted_scene import at_result
 from ..paths import absolute
 from ..problems import BadInput, Problem
+from ..report.fitted_scene import at_result
 from . import arguments
 from .scene import open_scene, reading_of
 from .terminal import say, say_saved

@@ -9,15 +9,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..fit_run.answer.fitted_scene import RESULT
-from ..fit_run.captures.render import as_reported
-from ..fit_run.old_names import renamed
-from ..fit_run.request import RunRequest, UnknownRequest, read_run
-from ..fit_run.settings import FitSettings, with_overrides
-from ..information.fisher import EXPLAINED, ModelError
+from ..advice.information.fisher import EXPLAINED, ModelError
+from ..advice.next_camera import report
+from ..advice.next_camera.suggestion import Suggestion, suggestion_of
+from ..fit.capture_render import as_reported
+from ..fit.checkpoint import RESULT
+from ..fit.old_names import renamed
+from ..fit.request import RunRequest, UnknownRequest, read_run
+from ..fit.settings import FitSettings, with_overrides
 from ..json_text import read_json
-from ..next_camera import report
-from ..next_camera.suggestion import Suggestion, suggestion_of
 from ..parameters import Values, join_name
 from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> JsonObject:
         problems += error.problems
     scene, values = open_scene(base.scene, base.reading | reading_of(args))
 
-    from ..scene_read.photos import packed_photos
+    from ..capture.scene_captures import packed_photos
 
     unknowns = unknowns_of(args, base, values, (), problems)
     changes = _changes(args, values, problems)

@@ -8,12 +8,12 @@ import math
 from collections.abc import Mapping
 
 from .. import native
-from ..fit_run.answer.fitted_scene import at_result
-from ..fit_run.captures.light_states import described
-from ..fit_run.captures.prepared import UNALIGNED, Capture
+from ..capture.light_states import described
+from ..capture.prepared import UNALIGNED, Capture
 from ..parameters import Values
 from ..paths import absolute
 from ..problems import BadInput, Problem, refused
+from ..report.fitted_scene import at_result
 from ..scene_read.values import SceneValues
 from . import arguments
 from .capture_view import capture_view

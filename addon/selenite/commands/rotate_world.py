@@ -6,8 +6,8 @@ from __future__ import annotations
 import argparse
 import math
 
-from ..fit_run.settings import FitSettings, with_overrides
-from ..information.world_rotation import RotationSearch, said
+from ..advice.information.world_rotation import RotationSearch, said
+from ..fit.settings import FitSettings, with_overrides
 from ..problems import BadInput, Problem
 from . import arguments
 from .capture_arguments import captures_from, stored_captures
@@ -29,7 +29,7 @@ def run(args: argparse.Namespace) -> dict[str, object]:
         problems += error.problems
     scene, values = open_scene(args.scene, reading_of(args))
 
-    from ..scene_read.photos import packed_photos
+    from ..capture.scene_captures import packed_photos
 
     requests = captures_from(args, stored_captures(args, scene, problems), values, problems)
     arguments.stop_if([*values.problems, *problems])

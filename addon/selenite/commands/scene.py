@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from .. import native
-from ..fit_run.plan import build_scene
-from ..fit_run.settings import number
-from ..fit_run.unknowns import find_parameter
+from ..fit.plan import build_scene
+from ..fit.settings import number
+from ..fit.unknowns import find_parameter
 from ..parameters import Parameter, Values, join_name
 from ..problems import BadInput, Problem, choice, listed, refused
 from ..scene_read.options import ReadingOptions, set_options

@@ -7,15 +7,15 @@ import argparse
 import math
 from typing import TYPE_CHECKING
 
-from ..fit_run.plan import FitPlan
-from ..fit_run.request import RunRequest
-from ..fit_run.settings import FitSettings, with_overrides
+from ..advice.trade import report
+from ..advice.trade.expected import Estimate
+from ..advice.trade.measure import Trade
+from ..advice.trade.start import estimate_of, trade_of
+from ..fit.plan import FitPlan
+from ..fit.request import RunRequest
+from ..fit.settings import FitSettings, with_overrides
 from ..paths import absolute
 from ..problems import BadInput, Problem
-from ..trade import report
-from ..trade.expected import Estimate
-from ..trade.measure import Trade
-from ..trade.start import estimate_of, trade_of
 from . import arguments
 from .capture_arguments import captures_from, stored_captures
 from .fit import unknowns_of
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> JsonObject:
         problems += error.problems
     scene, values = open_scene(args.scene, reading_of(args))
 
-    from ..scene_read.photos import packed_photos
+    from ..capture.scene_captures import packed_photos
 
     request = RunRequest(
         scene=str(absolute(args.scene)),

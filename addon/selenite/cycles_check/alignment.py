@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import bpy
 import mathutils
 
-from ..fit_run.captures.prepared import UNALIGNED, Capture
+from ..capture.prepared import UNALIGNED, Capture
 from ..scene_read.camera import named_cameras
 from ..scene_read.reading.render_depsgraph import view_layer_of
 

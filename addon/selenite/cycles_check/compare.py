@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..fit_run.captures.prepared import Capture
-from ..fit_run.captures.render import shown
+from ..capture.prepared import Capture
+from ..fit.capture_render import shown
 
 if TYPE_CHECKING:
     from .._core import Film

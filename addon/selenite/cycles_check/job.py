@@ -17,8 +17,8 @@ import bpy
 
 from .. import grid_files, parameters
 from ..atomic_files import write_json
-from ..fit_run.captures.prepared import Capture
-from ..fit_run.request import RunRequest
+from ..capture.prepared import Capture
+from ..fit.request import RunRequest
 from ..parameters import Values
 from ..scene_read.blender_process import BlenderProcess
 from ..scene_read.values import GridValues
@@ -41,7 +41,7 @@ class CheckJob(BlenderProcess):
         request: RunRequest,
         values: Mapping[tuple[str, str], Values],
         grids: Mapping[str, Mapping[str, GridValues]] | None = None,
-        images: Mapping[str, str] | None = None,
+        surfaces: Mapping[str, str] | None = None,
         taken: Sequence[Capture] = (),
         environment: str = "",
     ) -> None:
@@ -61,7 +61,7 @@ class CheckJob(BlenderProcess):
                 "run": request.as_json(),
                 "values": {parameters.join_name(*key): value for key, value in values.items()},
                 "grids": self._keep_grids(grids or {}),
-                "images": dict(images or {}),
+                "surfaces": dict(surfaces or {}),
                 "taken": {
                     item.id: {"gain": item.gain, "alignment": item.alignment} for item in taken
                 },

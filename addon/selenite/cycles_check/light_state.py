@@ -16,7 +16,7 @@ from ..scene_read.reading.render_depsgraph import view_layer_of
 from ..scene_read.view_layers import world_of
 
 if TYPE_CHECKING:
-    from ..fit_run.captures.light_states import LightState
+    from ..capture.light_states import LightState
 
 _BLACK = "Selenite black world"
 
@@ -24,7 +24,7 @@ _BLACK = "Selenite black world"
 @contextmanager
 def under_lights(scene: bpy.types.Scene, lights: LightState) -> Iterator[None]:
     """Lamps are hidden from renders, stand elsewhere, and the world is black as `lights` says (see
-    fit_run.captures.light_states.light_state). All is as before afterwards, but for what moved
+    capture.light_states.light_state). All is as before afterwards, but for what moved
     lamps."""
     with ExitStack() as stack:
         lamps = [item for item in scene.objects if item.type == "LIGHT"]

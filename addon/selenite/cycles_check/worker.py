@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from .._core import Scene
-    from ..fit_run.captures.prepared import Capture
-    from ..fit_run.settings import FitSettings
+    from ..capture.prepared import Capture
+    from ..fit.settings import FitSettings
     from ..json_text import JsonObject
     from ..scene_read.values import CameraValues, GridValues
 
@@ -31,22 +31,22 @@ def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -
     import bpy
 
     from selenite import parameters, write_back
+    from selenite.capture.prepared import UNALIGNED, read_captures
+    from selenite.capture.scene_captures import packed_photos
+    from selenite.capture.window import WHOLE, cropped_camera
     from selenite.cycles_check import render_settings
     from selenite.cycles_check.alignment import moved_window
-    from selenite.fit_run.captures.prepared import UNALIGNED, read_captures
-    from selenite.fit_run.fields import with_grids
-    from selenite.fit_run.photos.window import WHOLE, cropped_camera
-    from selenite.fit_run.pictures import sheet
-    from selenite.fit_run.plan import build_scene
-    from selenite.fit_run.request import RunRequest
+    from selenite.fit.fields import with_grids
+    from selenite.fit.plan import build_scene
+    from selenite.fit.request import RunRequest
+    from selenite.fit.unknowns import fitted_owners
     from selenite.paths import file_stems
     from selenite.problems import BadInput
+    from selenite.report.pictures import sheet
     from selenite.scene_read.blend_file import open_blend
-    from selenite.scene_read.photos import packed_photos
     from selenite.scene_read.scene import read_scene
-    from selenite.write_back import environments
+    from selenite.write_back import environments, surfaces
     from selenite.write_back import grids as grid_objects
-    from selenite.write_back import images as image_nodes
 
     open_blend(str(folder / "scene.blend"), scripts=request["scripts"])
     scene = bpy.data.scenes[request["scene"]]
@@ -57,7 +57,7 @@ def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -
     values = {parameters.split_name(name): tuple(v) for name, v in request["values"].items()}
     read = read_scene(scene, options=wanted.reading)
     write_back.write(scene, read.owners, values)
-    shown = [image_nodes.show(read, name, path) for name, path in request["images"].items()]
+    shown = [surfaces.show(read, name, path) for name, path in request["surfaces"].items()]
     if request.get("environment"):
         shown.append(environments.show(scene, read, request["environment"]))
     read = read_scene(scene, options=wanted.reading)
@@ -69,7 +69,7 @@ def run(folder: Path, request: JsonObject, note: Callable[[float, str], None]) -
         problems,
         [],
         packed_photos(),
-        {item.owner for item in wanted.unknowns},
+        fitted_owners(read, wanted.unknowns),
     )
     if problems:
         raise BadInput(problems)
@@ -165,7 +165,7 @@ def _check(
     from selenite.cycles_check.compare import Estimate, misfit
     from selenite.cycles_check.light_state import under_lights
     from selenite.cycles_check.render import estimate
-    from selenite.fit_run.captures.render import evaluator
+    from selenite.fit.capture_render import evaluator
 
     height, width = capture.reference.shape[:2]
     note("Selenite's picture", 0.0)

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from .. import native
-from ..fit_run.photos.files import unreadable
+from ..capture.photo_files import unreadable
 from ..problems import BadInput, Problem
 from .reconstruction import WHITE, MeshMaterial, PackedPicture, ReconstructedMesh
 

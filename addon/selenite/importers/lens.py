@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ..scene_read.capture_request import LensDistortion
+from ..scene_read.lens import LensDistortion
 from .reconstruction import Intrinsics, ReconstructedCamera
 
 #: Of the imported cameras, in millimetres: that of a 35 mm film, the usual one.
@@ -27,7 +27,7 @@ class BlenderLens:
 
 
 def blender_lens(found: Intrinsics) -> BlenderLens:
-    """The pinhole alone: Blender has no distortion. fit_run.photos.window is the inverse."""
+    """The pinhole alone: Blender has no distortion. capture.window is the inverse."""
     lens = found.lens
     aspect = lens.fy / lens.fx
     if abs(aspect - 1) < _SQUARE:

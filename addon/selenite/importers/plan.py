@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..fit_run.photos.files import header, pixels, same_aspect
+from ..capture.photo_files import header, pixels, same_aspect
+from ..capture.request import CaptureRequest
 from ..problems import BadInput, Problem
-from ..scene_read.capture_request import CaptureRequest
 from . import placement as places
 from .agreement import remarks_on
 from .lens import BlenderLens, blender_lens, distortion_of, intrinsics_of

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..scene_read.capture_request import LensDistortion
+from ..scene_read.lens import LensDistortion
 
 #: From the axes of a camera that looks along -z with y up, as Blender and OpenGL have it, to those
 #: above, and back.

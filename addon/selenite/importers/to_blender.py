@@ -17,7 +17,7 @@ import mathutils
 import numpy as np
 
 from ..scene_read.camera_lens import keep_lens
-from ..scene_read.capture_request import CameraLens, LensDistortion
+from ..scene_read.lens import CameraLens, LensDistortion
 from .blender_material import Images, Materials
 from .blender_mesh import new_mesh
 from .lens import SENSOR

@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from .. import native
-from ..fit_run.captures.in_parallel import in_parallel
-from ..fit_run.photos import distortion
-from ..fit_run.photos.files import header, unreadable
-from ..fit_run.photos.window import PhotoWindow, Projection
+from ..capture import distortion
+from ..capture.in_parallel import in_parallel
+from ..capture.photo_files import header, unreadable
+from ..capture.window import PhotoWindow, Projection
 from ..paths import file_stems, is_there
 from ..problems import BadInput, Problem
-from ..scene_read.capture_request import LensDistortion
+from ..scene_read.lens import LensDistortion
 from .plan import ImportPlan, PlannedCamera
 from .reconstruction import Intrinsics
 

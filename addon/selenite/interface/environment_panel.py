@@ -13,11 +13,11 @@ import bpy
 import numpy as np
 
 from .. import native
+from ..advice.information.job import Step
 from ..environments.bright_spots import Sun
-from ..fit_run.fields import EnvironmentUnknown, fitted_environment
-from ..fit_run.fields.environment import view_of
-from ..fit_run.job import FitFailed
-from ..information.job import Step
+from ..fit.fields import EnvironmentUnknown, fitted_environment
+from ..fit.fields.environment import view_of
+from ..fit.job import FitFailed
 from ..scene_read.reading.render_depsgraph import Reading
 from ..scene_read.scene import reading
 from ..scene_read.values import SceneValues

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 import bpy
 
+from ..capture.scene_captures import ids_of
 from ..cycles_check.render_settings import Contents, remarks
-from ..fit_run.job import DESCENT
-from ..scene_read.photos import ids_of
+from ..fit.job import DESCENT
 from . import state
 from .captures import lights as capture_lights
 from .captures import photo as capture_photo

@@ -15,7 +15,7 @@ from bpy.props import (
 )
 
 from .. import native
-from ..fit_run.settings import PRESETS, FitSettings
+from ..fit.settings import PRESETS, FitSettings
 from ..scene_read import hosts
 from .captures.lights import SeleniteCaptureLights
 from .captures.photo import SeleniteCapturePhoto
@@ -51,7 +51,7 @@ SEARCH_ITEMS = (
     ("on", "Always", "Evaluate many starting points", 1),
     ("off", "Never", "Step from the given start", 2),
 )
-# Beside the first and the own list, the names are those of fit_run.staging.request.
+# Beside the first and the own list, the names are those of fit.staging.request.
 STAGE_ITEMS = (
     (
         "usual",

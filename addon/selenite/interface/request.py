@@ -8,19 +8,19 @@ from dataclasses import fields, replace
 import bpy
 
 from .. import mean_free_path, parameters, write_back
-from ..fit_run.request import RunRequest, UnknownRequest
-from ..fit_run.settings import FitSettings
+from ..capture.scene_captures import captures_of, misplaced_backgrounds
+from ..fit.request import RunRequest, UnknownRequest
+from ..fit.settings import FitSettings
 from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.options import options_of
-from ..scene_read.photos import captures_of, misplaced_backgrounds
 from ..scene_read.values import Owner, SceneValues
 from . import stages
 from .chosen import chosen
 from .furniture.preferences import preferences
 from .rows import fields as field_rows
 from .rows.labels import label_of, tip_of, unit_text
-from .rows.owners import active_owner, refresh_owners
+from .rows.owners import active_owner, owns, refresh_owners
 
 #: Of the panel, in its order; the rate is each row's.
 FIT_SETTINGS = tuple(field.name for field in fields(FitSettings) if field.name != "learning_rate")
@@ -92,6 +92,9 @@ def fit_settings(scene: bpy.types.Scene) -> FitSettings:
 
 def owner_of(row: bpy.types.PropertyGroup, values: SceneValues) -> Owner | None:
     """The owner of a row as it was read; the pointers survive renaming."""
+    if row.kind == "object":
+        name = row.object.name if row.object is not None else ""
+        return next((item for item in values.object_owners() if item.name == name), None)
     if row.kind == "world":
         return next((item for item in values.owners.values() if item.kind == "world"), None)
     block = row.material if row.kind == "material" else row.light
@@ -115,7 +118,10 @@ def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
             # The vector itself goes with the row.
             kept[owner.name, row.parameter] = found | {"start": tuple(row.start)}
     rows.clear()
-    for owner in values.owners.values():
+    listed = [*values.owners.values()]
+    listed += [item for item in values.object_owners() if field_rows.offered(values, item)]
+    known = {(owner.kind, owner.name): owner for owner in listed}
+    for owner in listed:
         for parameter in owner.listed():
             row = _fill(rows.add(), owner, parameter.name)
             row.usual = parameter.name in owner.usual
@@ -126,14 +132,14 @@ def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
         for name in field_rows.offered(values, owner):
             field_rows.describe(_fill(rows.add(), owner, name), values, owner)
     for row in rows:
-        reset_row(row, values.owners[row.owner], values)
+        reset_row(row, known[row.kind, row.owner], values)
         for name, value in kept.get((row.owner, row.parameter), {}).items():
             setattr(row, name, value)
         if row.reason:
             row.enabled = False
         row.label = row.name = label_of(row)
         row.tip = tip_of(row)
-    refresh_owners(scene, values.owners.values())
+    refresh_owners(scene, listed)
     _choose_row(scene.selenite)
 
 
@@ -155,9 +161,9 @@ def show_current(
 def _choose_row(settings: bpy.types.PropertyGroup) -> None:
     """The active row is one that is listed."""
     owner, row = active_owner(settings), chosen(settings.rows, settings.active_row)
-    if owner is None or (row is not None and row.owner == owner.name):
+    if owner is None or (row is not None and owns(owner, row)):
         return
-    owned = (at for at, row in enumerate(settings.rows) if row.owner == owner.name)
+    owned = (at for at, row in enumerate(settings.rows) if owns(owner, row))
     settings.active_row = next(owned, 0)
 
 
@@ -167,6 +173,8 @@ def _fill(row: bpy.types.PropertyGroup, owner: Owner, parameter: str) -> bpy.typ
         row.material = write_back.datablock(bpy.data.materials, owner)
     elif owner.kind == "light":
         row.light = write_back.datablock(bpy.data.lights, owner)
+    elif owner.kind == "object":
+        row.object = write_back.datablock(bpy.data.objects, owner)
     return row
 
 

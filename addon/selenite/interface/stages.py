@@ -10,9 +10,9 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from .. import parameters
-from ..fit_run.staging.request import AUTO, StageRequest, read_stages, stages_by_name
+from ..capture.request import CaptureRequest
+from ..fit.staging.request import AUTO, StageRequest, read_stages, stages_by_name
 from ..problems import BadInput, Problem
-from ..scene_read.capture_request import CaptureRequest
 from . import state
 from .chosen import chosen
 from .problem_reports import report_problems

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from .. import native
+from ..advice.information.job import BackgroundJob, Work
+from ..advice.information.job import Step as BackgroundStep
 from ..cycles_check.job import CheckJob
 from ..cycles_check.render_settings import Contents
-from ..fit_run.job import FitJob, Progress
-from ..fit_run.overall import Overall, Shown
-from ..fit_run.plan import FitPlan
-from ..information.job import BackgroundJob, Work
-from ..information.job import Step as BackgroundStep
+from ..fit.job import FitJob, Progress
+from ..fit.overall import Overall, Shown
+from ..fit.plan import FitPlan
 from ..problems import Problem
 from ..scene_read.blender_process import ProcessProgress
 from ..scene_read.reading.job import ReadingJob
@@ -25,7 +25,7 @@ from .running.work import Finishing, Preparing
 
 if TYPE_CHECKING:
     from .._core import FitResult
-    from ..information.conditioning import StageChoice
+    from ..advice.information.conditioning import StageChoice
 
 W = TypeVar("W", bound=Work)
 #: What the panel says of a run that leaves nothing behind.

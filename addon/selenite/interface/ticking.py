@@ -10,8 +10,8 @@ from typing import TypeVar, cast
 
 import bpy
 
-from ..fit_run.job import FitFailed
-from ..information.job import BackgroundJob, Work
+from ..advice.information.job import BackgroundJob, Work
+from ..fit.job import FitFailed
 from ..native import NativeUnavailable
 from ..problems import BadInput
 from ..scene_read.reading.job import ReadingJob

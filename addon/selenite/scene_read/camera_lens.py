@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from .capture_request import CameraLens, LensDistortion
+from .lens import CameraLens, LensDistortion
 
 #: Of the camera's data: size and lens by the names of LensDistortion.
 _KEY = "selenite_lens"

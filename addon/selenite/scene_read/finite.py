@@ -9,14 +9,7 @@ from dataclasses import fields, is_dataclass
 import numpy as np
 
 from ..problems import Problem
-from .values import (
-    CameraValues,
-    LightValues,
-    MaterialValues,
-    MeshValues,
-    ObjectValues,
-    SceneValues,
-)
+from .values import CameraValues, LightValues, MaterialValues, MeshValues, ObjectValues, SceneValues
 
 _Named = CameraValues | MeshValues | ObjectValues | MaterialValues | LightValues
 

@@ -254,18 +254,20 @@ def corner_uv_maps(mesh: bpy.types.Mesh, corners: np.ndarray) -> tuple[tuple[str
     return tuple(found)
 
 
-def corner_colors(
+def held_colors(
     mesh: bpy.types.Mesh, corners: np.ndarray, vertices: np.ndarray
-) -> tuple[tuple[str, np.ndarray], ...]:
-    """Name and (len(corners), 3) float32 of every colour attribute, linear, the render one first.
+) -> tuple[tuple[str, np.ndarray, np.ndarray], ...]:
+    """Name, (n, 3) float32 linear, and (len(corners),) int32 which of them each corner shows, of
+    every colour attribute, the render one first.
 
     `corners`: loops, `vertices`: vertices of the triangles' corners.
     """
-    found: list[tuple[str, np.ndarray]] = []
+    found: list[tuple[str, np.ndarray, np.ndarray]] = []
+    at_corners, at_vertices = corners.astype(np.int32), vertices.astype(np.int32)
     for index, attribute in enumerate(cast(BpyStruct, mesh.color_attributes)):
         colors = floats(attribute.data, "color", 4)[:, :3]  # bytes come decoded
-        where = corners if attribute.domain == "CORNER" else vertices
-        entry = (attribute.name, np.take(np.ascontiguousarray(colors), where, axis=0))
+        where = at_corners if attribute.domain == "CORNER" else at_vertices
+        entry = (attribute.name, np.ascontiguousarray(colors), where)
         if index == mesh.color_attributes.render_color_index:
             found.insert(0, entry)
         else:

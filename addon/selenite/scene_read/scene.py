@@ -12,15 +12,7 @@ import numpy as np
 from .. import parameters
 from ..problems import Problem
 from . import camera as cameras
-from . import (
-    hosts,
-    linking,
-    properties,
-    view_layers,
-    visibility,
-    volume_objects,
-    working_space,
-)
+from . import hosts, linking, properties, view_layers, visibility, volume_objects, working_space
 from .baking.approximated import ComparisonAsked
 from .baking.baked import BakeAsked
 from .baking.wanted import Baker

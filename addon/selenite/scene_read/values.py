@@ -15,8 +15,8 @@ import numpy as np
 from .. import parameters
 from ..parameters import Parameter, Values
 from ..problems import Problem
-from .capture_request import CameraLens
 from .closedness import Closedness
+from .lens import CameraLens
 from .shaders import Shader
 from .texture_values import TextureValues
 
@@ -57,7 +57,9 @@ class CameraValues:
 class MeshValues:
     """Triangles in object space: positions (n, 3), triangles (m, 3), corner_normals (3m, 3),
     material_slots (m,). UV maps (3m, 2) and linear colour attributes (3m, 3) have names; the one
-    that renders by default comes first. `other_attributes`: names of what is not read. `vectors`:
+    that renders by default comes first. `held_colors`: of those attributes the values of the user's
+    mesh, (n, 3) one for each vertex or corner, and which of them each corner shows, (3m,); none
+    where modifiers make another mesh. `other_attributes`: names of what is not read. `vectors`:
     (3m, 3) made for shaders, by their names."""
 
     name: str
@@ -69,6 +71,7 @@ class MeshValues:
     colors: tuple[tuple[str, np.ndarray], ...] = ()
     other_attributes: tuple[str, ...] = ()
     vectors: tuple[tuple[str, np.ndarray], ...] = ()
+    held_colors: tuple[tuple[str, np.ndarray, np.ndarray], ...] = ()
 
 
 SCATTERED_RAYS = ("diffuse", "glossy", "transmission", "volume_scatter")
@@ -262,7 +265,7 @@ class WorldValues:
 
 @dataclass(frozen=True)
 class Owner:
-    """Who owns parameters: a material, a light or the world.
+    """Who owns parameters: a material, a light or the world; of a mesh, an object.
 
     `values`: what Blender has now. `fixed`: parameter -> why it cannot be fitted. `datablock`: its
     name in the .blend; `name` differs from it only where two owners would have the same name.
@@ -343,6 +346,12 @@ class SceneValues:
     problems: list[Problem] = field(default_factory=list)
     camera_problems: list[Problem] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+
+    def object_owners(self) -> list[Owner]:
+        """Objects as owners of what belongs to their meshes. They are not among `owners`: a
+        material may be called as its object is."""
+        names = dict.fromkeys(item.name for item in self.objects)
+        return [Owner(name, "object", name, "", {}, {}) for name in names]
 
     def warn(self, text: str) -> None:
         """Keeps a warning once."""

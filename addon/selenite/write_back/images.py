@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fitted images of the Base Color -> Image Texture nodes that Cycles renders.
+"""Fitted images of a material's parameters -> Image Texture nodes that Cycles renders.
 
 What stood in the node tree before is noted on the material, for `restore`, by the names of nodes:
 after an undo every pointer that Python holds is stale. Each `show` adds a note, `restore` takes the
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, cast
 import bpy
 
 from .. import parameters
+from ..parameters import Parameter
 from ..problems import BadInput, Problem
 from ..scene_read import hosts
 from ..scene_read.shading import materials, nodes
@@ -41,21 +42,25 @@ _SPACES: dict[str, tuple[tuple[str, ...], Callable[[bpy.types.Image], bool]]] = 
     ".png": (("sRGB", "sRGB OETF"), hosts.is_srgb),
     ".exr": (("Linear Rec.709", "Linear", "Linear BT.709"), hosts.is_linear),
 }
+#: The same of a number: nothing decodes it.
+_DATA_SPACE = (("Non-Color", "Generic Data", "Raw"), hosts.is_data)
 _NODE_SETTINGS = ("projection", "projection_blend", "interpolation", "extension", "label", "width")
 
 
 @dataclass(frozen=True)
 class _Inlet:
-    """An input on the way to Base Color. `alone`: what is linked here reaches nothing else."""
+    """An input on the way to that of a parameter. `alone`: what is linked here reaches nothing
+    else."""
 
     socket: bpy.types.NodeSocket
     groups: Groups
     alone: bool
 
 
-def show(values: SceneValues, name: str, path: str) -> str:
-    """Gives the Base Color of material `name` (its owner's name in `values.owners`) the image file
-    at `path`: .png with sRGB code values, or .exr, linear. Returns what was done.
+def show(values: SceneValues, name: str, path: str, parameter: str = "base_color") -> str:
+    """Gives the input of material `name` (its owner's name in `values.owners`) that has this
+    parameter the image file at `path`: .png with sRGB code values, or .exr, linear; of a number, as
+    it is. Returns what was done.
 
     An Image Texture that feeds nothing else gets the image, one that does gets a copy beside it,
     and whatever else stands there makes room for a new one. Raises BadInput, and then nothing has
@@ -66,12 +71,13 @@ def show(values: SceneValues, name: str, path: str) -> str:
     material = datablock(bpy.data.materials, owner) if owner is not None else None
     if material is None:
         raise BadInput(Problem(title, "it is gone", "undo its removal"))
-    node, inlet = _place(material, title)
+    row = parameters.table()["material", parameter]
+    node, inlet = _place(material, title, row)
     path = str(Path(path).absolute())
-    image = _load(path)
+    image = _load(path, is_data=row.width == 1)
 
     notes = json.loads(material.get(_BEFORE, "[]"))
-    done = f"{title} now takes its Base Color from {path}"
+    done = f"{title} now takes its {row.sockets[0]} from {path}"
     if inlet is not None:
         tree, old, end = _tree_around(inlet.socket), node, inlet.socket.node
         note = _note(material, tree) | {
@@ -104,21 +110,22 @@ def restore(name: str) -> None:
 
 
 def _place(
-    material: bpy.types.Material, title: str
+    material: bpy.types.Material, title: str, row: Parameter
 ) -> tuple[bpy.types.ShaderNodeTexImage | None, _Inlet | None]:
-    """The Image Texture that feeds the Base Color, if one does, and where another one is to be
+    """The Image Texture that feeds a parameter's input, if one does, and where another one is to be
     linked; None: only its image is to be replaced. Raises BadInput."""
-    way = _way(material, title)
+    way = _way(material, title, row)
+    label = row.sockets[0]
     source = nodes.source_of(way[-1].socket, way[-1].groups)
     node = source.node
     if not isinstance(node, bpy.types.ShaderNodeTexImage) or source.socket.identifier != "Color":
-        reasons = [_why_fixed(material, inlet.groups) for inlet in way]
+        reasons = [_why_fixed(material, inlet.groups, label) for inlet in way]
         found = (i for i, why in zip(way, reasons, strict=True) if i.alone and not why)
         inlet = next(found, None)
         if inlet is None:
             raise _refusal(title, reasons[0])
         return None, inlet
-    reason = _why_fixed(material, source.groups)
+    reason = _why_fixed(material, source.groups, label)
     if reason:
         raise _refusal(title, reason)
     used = len(source.socket.links) + len(node.outputs["Alpha"].links)
@@ -129,13 +136,13 @@ def _place(
     inlet = next(here, None)
     if inlet is None:
         cause = f"{nodes.describe(node)} feeds other inputs too, through a node group"
-        raise BadInput(Problem(title, cause, "give the Base Color an Image Texture of its own"))
+        raise BadInput(Problem(title, cause, f"give the {label} an Image Texture of its own"))
     return node, inlet
 
 
-def _way(material: bpy.types.Material, title: str) -> list[_Inlet]:
-    """The inputs from the Base Color up to where its value comes from, as `nodes.source_of` follows
-    them. Raises BadInput."""
+def _way(material: bpy.types.Material, title: str, row: Parameter) -> list[_Inlet]:
+    """The inputs from that of a parameter up to where its value comes from, as `nodes.source_of`
+    follows them. Raises BadInput."""
     if not material.use_nodes or material.node_tree is None:
         raise BadInput(Problem(title, "it does not use nodes", "switch on Use Nodes"))
     found = materials.principled_of(material)
@@ -143,7 +150,10 @@ def _way(material: bpy.types.Material, title: str) -> list[_Inlet]:
         cure = "connect a Principled BSDF to the Surface of the output"
         raise BadInput(Problem(title, found, cure))
     principled, groups = found
-    socket = parameters.table()["material", "base_color"].find(principled)
+    socket = row.find(principled)
+    if socket is None:
+        cause = f"its Principled BSDF has no {row.sockets[0]}"
+        raise BadInput(Problem(title, cause, "undo the change of its version"))
     way = [_Inlet(socket, groups, True)]
     while (link := nodes.link_of(socket)) is not None:
         node, output = link.from_node, link.from_socket
@@ -166,17 +176,17 @@ def _way(material: bpy.types.Material, title: str) -> list[_Inlet]:
     return way
 
 
-def _why_fixed(material: bpy.types.Material, groups: Groups) -> str:
+def _why_fixed(material: bpy.types.Material, groups: Groups, label: str) -> str:
     """Why the innermost tree of `groups` cannot be changed for this material alone; empty if it
     can."""
     if reason := nodes.why_owner_fixed(material):
         return f"it is {reason}"
     for group in groups:
         if not hosts.is_editable(group.node_tree):
-            place = f"its Base Color comes from inside node group '{group.node_tree.name}'"
+            place = f"its {label} comes from inside node group '{group.node_tree.name}'"
             return f"{place} of a library: make the group local"
     shared = nodes.why_shared(groups)
-    return f"its Base Color comes from {shared}" if shared else ""
+    return f"its {label} comes from {shared}" if shared else ""
 
 
 def _refusal(title: str, reason: str) -> BadInput:
@@ -184,7 +194,7 @@ def _refusal(title: str, reason: str) -> BadInput:
     return BadInput(Problem(title, cause, cure))
 
 
-def _load(path: str) -> bpy.types.Image:
+def _load(path: str, *, is_data: bool) -> bpy.types.Image:
     """The file as an image of Blender's, as it is on disk now, without alpha. Raises BadInput."""
     title = f"Image '{path}'"
     suffix = Path(path).suffix.lower()
@@ -194,7 +204,7 @@ def _load(path: str) -> bpy.types.Image:
         raise BadInput(
             Problem(title, "the file does not exist", "put it back or run the fit again")
         )
-    spaces, has_space = _SPACES[suffix]
+    spaces, has_space = _DATA_SPACE if is_data else _SPACES[suffix]
     count = len(bpy.data.images)
     try:
         image = bpy.data.images.load(path, check_existing=True)

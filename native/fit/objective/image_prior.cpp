@@ -13,11 +13,11 @@ constexpr double kSrgbExponent = 2.2;
 
 void add_image_prior(const Texture& image, const Vector& start, const Vector& values,
                      const Vector& moving, const PriorScale& scale, std::vector<double>& gradient,
-                     const ImagePriorOptions& options) {
+                     int channels, const ImagePriorOptions& options) {
   if (scale.loss <= 0) return;
-  for (int c = 0; c < 3; ++c) {
-    const auto channel = [c, n = values.size() / 3](const Vector& all) {
-      return all(Eigen::seqN(c, n, Eigen::fix<3>));
+  for (int c = 0; c < channels; ++c) {
+    const auto channel = [c, channels, n = values.size() / channels](const Vector& all) {
+      return all(Eigen::seqN(c, n, channels));
     };
     const double shown = channel(moving).sum();
     const double before = channel(start).dot(channel(moving));
@@ -28,7 +28,7 @@ void add_image_prior(const Texture& image, const Vector& start, const Vector& va
     const double grain = std::min(1.0, scale.count / 3 / shown);  // pixels a texel
     const double sigma = options.deviation * mean / (image.encoded() ? kSrgbExponent : 1);
     const double strength = 2 * scale.loss / scale.count * grain / (sigma * sigma);
-    for (Eigen::Index i = c; i < values.size(); i += 3)
+    for (Eigen::Index i = c; i < values.size(); i += channels)
       gradient[static_cast<std::size_t>(i)] +=
           strength * moving[i] * (values[i] - factor * start[i]);
   }

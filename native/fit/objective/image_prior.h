@@ -24,10 +24,10 @@ struct PriorScale {
 /// those of `start` times one colour, and deviate independently. The prior is as strong beside the
 /// photos as their residuals are large (a posterior whose noise is the misfit): light and geometry
 /// that are wrong leave residuals that differ from photo to photo, and texels would take them up.
-/// `moving`: 1 for numbers that a photo has shown, 0 for those that stay. A texel smaller than a pixel
+/// `channels`: numbers a texel. `moving`: 1 for numbers that a photo has shown, 0 for those that stay. A texel smaller than a pixel
 /// shares the deviation of the pixel's. Source: docs/method/fields.md, "Prior of an image".
 void add_image_prior(const Texture& image, const Vector& start, const Vector& values,
                      const Vector& moving, const PriorScale& scale, std::vector<double>& gradient,
-                     const ImagePriorOptions& options = {});
+                     int channels = 3, const ImagePriorOptions& options = {});
 
 }  // namespace selenite

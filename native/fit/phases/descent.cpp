@@ -282,7 +282,7 @@ std::vector<FieldStep> Descent::field_steps(const FitRun& run) const {
   // Each photo makes a step.
   const double share = 1 / std::sqrt(static_cast<double>(problem_->photos().size()));
   for (std::size_t f = 0; f < steps.size(); ++f)
-    steps[f] = {share * between(options_.first_rate, fields.image(f) ? options_.last_rate : 1),
+    steps[f] = {share * between(options_.first_rate, fields.on_surface(f) ? options_.last_rate : 1),
                 spread};
   return steps;
 }
@@ -294,7 +294,7 @@ void Descent::smooth_images(FitRun& run, const Block& block) {
   if (block.first) field_means_ = values;
   const bool ends = blocks_.block(run.result.iterations + 1).scalars;
   for (std::size_t f = 0; f < values.size(); ++f) {
-    if (!problem_->fields().image(f)) continue;
+    if (!problem_->fields().on_surface(f)) continue;
     field_means_[f] += options_.newest * (values[f] - field_means_[f]);
     if (ends) values[f] = field_means_[f];
   }

@@ -19,7 +19,8 @@ struct Numbers {
   std::vector<std::ptrdiff_t> shape;
   double most;  ///< largest that is permitted
   Vector values;
-  std::shared_ptr<const Texture> image;  ///< none: a grid
+  std::shared_ptr<const Texture> image;    ///< none: a grid or a mesh
+  std::shared_ptr<const MeshGraph> graph;  ///< of a mesh
 };
 
 Vector vector_of(const float* first, std::size_t count) {
@@ -41,17 +42,22 @@ Numbers numbers_of(const Scene& scene, const GridRef& ref) {
           {nz, ny, nx, grid.channels()},
           most,
           vector_of(grid.values().data(), grid.values().size()),
+          nullptr,
           nullptr};
 }
 
 Numbers numbers_of(const Scene& scene, const ImageRef& ref) {
   const auto& image = scene.image(ref).texture;
   static_assert(sizeof(Colorf) == 3 * sizeof(float));
+  const int channels = scene.channels(ref);
+  Vector values = vector_of(&image->pixels()[0].r, 3 * image->pixels().size());
+  if (channels == 1) values = Vector(values(Eigen::seq(0, Eigen::last, Eigen::fix<3>)));
   return {"image '" + image->name() + "'",
-          {image->height(), image->width(), 3},
+          {image->height(), image->width(), channels},
           1,
-          vector_of(&image->pixels()[0].r, 3 * image->pixels().size()),
-          image};
+          std::move(values),
+          image,
+          nullptr};
 }
 
 Numbers numbers_of(const Scene& scene, const EnvironmentRef&) {
@@ -60,7 +66,20 @@ Numbers numbers_of(const Scene& scene, const EnvironmentRef&) {
           {image.height(), image.width(), 3},
           static_cast<double>(std::numeric_limits<float>::max()),
           vector_of(&image.pixels()[0].r, 3 * image.pixels().size()),
+          nullptr,
           nullptr};
+}
+
+Numbers numbers_of(const Scene& scene, const VertexColorsRef& ref) {
+  const VertexColors& colors = scene.vertex_colors(ref);
+  const std::vector<Colorf>& values = colors.values();
+  return {"colour attribute '" + colors.attribute() + "'",
+          {static_cast<std::ptrdiff_t>(values.size()), 3},
+          1,
+          vector_of(&values[0].r, 3 * values.size()),
+          nullptr,
+          std::make_shared<const MeshGraph>(
+              colors, scene.geometry->meshes()[static_cast<std::size_t>(ref.mesh)])};
 }
 
 /// What is wrong with bounds and rate; "" if nothing is.
@@ -91,15 +110,26 @@ bool is_environment(const UnknownParameter& one) {
   return one.owner == kWorldName && one.parameter == kEnvironment;
 }
 
-std::optional<FieldRef> field_of(const UnknownParameter& one, int material) {
-  if (is_environment(one)) return EnvironmentRef{};
-  if (one.parameter == kBaseColorTexture) return ImageRef{material};
+std::optional<GridKind> grid_kind(const std::string& name) {
   for (const GridKind kind : {GridKind::kAlbedo, GridKind::kDensity})
-    if (one.parameter == grid_name(kind)) return GridRef{material, kind};
+    if (name == grid_name(kind)) return kind;
   return std::nullopt;
 }
 
-std::vector<Colorf> colours(const Eigen::VectorXf& values) {
+/// UnknownName: its owner is not in the scene.
+FieldRef field_of(const Scene& scene, const UnknownParameter& one) {
+  if (is_environment(one)) return EnvironmentRef{};
+  if (one.parameter == kVertexColors)
+    return VertexColorsRef{
+        scene.geometry->instances()[static_cast<std::size_t>(scene.object(one.owner))].mesh};
+  const int material = scene.material(one.owner);
+  if (const auto kind = grid_kind(one.parameter)) return GridRef{material, *kind};
+  return scene.image_named(material, one.parameter);
+}
+
+/// `channels`: 1 of grey.
+std::vector<Colorf> colours(const Eigen::VectorXf& values, int channels = 3) {
+  if (channels == 1) return {values.begin(), values.end()};
   static_assert(sizeof(Colorf) == 3 * sizeof(float));
   std::vector<Colorf> pixels(static_cast<std::size_t>(values.size()) / 3);
   Eigen::Map<Eigen::VectorXf>(&pixels[0].r, values.size()) = values;
@@ -111,11 +141,15 @@ Scene with_values(const Scene& scene, const GridRef& ref, const Eigen::VectorXf&
 }
 
 Scene with_values(const Scene& scene, const ImageRef& ref, const Eigen::VectorXf& values) {
-  return scene.with_image(ref, colours(values));
+  return scene.with_image(ref, colours(values, scene.channels(ref)));
 }
 
 Scene with_values(const Scene& scene, const EnvironmentRef&, const Eigen::VectorXf& values) {
   return scene.with_environment(colours(values));
+}
+
+Scene with_values(const Scene& scene, const VertexColorsRef& ref, const Eigen::VectorXf& values) {
+  return scene.with_vertex_colors(ref, colours(values));
 }
 
 }  // namespace
@@ -130,7 +164,10 @@ Eigen::VectorXd sphere_shares(const std::vector<std::ptrdiff_t>& shape) {
   return shares / shares.sum();
 }
 
-bool Fields::is_field(const UnknownParameter& one) { return field_of(one, 0).has_value(); }
+bool Fields::is_field(const UnknownParameter& one) {
+  return selenite::is_environment(one) || one.parameter == kVertexColors ||
+         grid_kind(one.parameter) || is_image_name(one.parameter);
+}
 
 Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) {
   ProblemList problems;
@@ -141,8 +178,7 @@ Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) 
 
 void Fields::add(const Scene& scene, const UnknownParameter& one) {
   const std::string name = one.name();
-  const FieldRef ref =
-      *field_of(one, selenite::is_environment(one) ? -1 : scene.material(one.owner));
+  const FieldRef ref = field_of(scene, one);
   if (std::find(refs_.begin(), refs_.end(), ref) != refs_.end())
     throw InvalidArgument(name + " is listed twice; list it once");
   Numbers numbers = std::visit([&](const auto& r) { return numbers_of(scene, r); }, ref);
@@ -153,6 +189,7 @@ void Fields::add(const Scene& scene, const UnknownParameter& one) {
   wanted_.push_back(one);
   shapes_.push_back(std::move(numbers.shape));
   images_.push_back(std::move(numbers.image));
+  graphs_.push_back(std::move(numbers.graph));
   start_.push_back(std::move(numbers.values));
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "fit/problem/mesh_graph.h"
 #include "fit/problem/unknowns.h"
 #include "scene/scene.h"
 
@@ -19,12 +20,13 @@ using FieldValues = std::vector<Vector>;
 Eigen::VectorXd sphere_shares(const std::vector<std::ptrdiff_t>& shape);
 
 /// Unknowns with a value at every place instead of one: the voxels of albedo and density grids, the
-/// texels of base colours, as their images hold them, the pixels of the world's image. They start at
+/// texels of materials, as their images hold them, the colours of meshes, the pixels of the world's
+/// image. They start at
 /// the values that the scene has, or where a search of `UniformFields` ends, and are fitted with
 /// Adam, or by `FieldGaussNewton`.
 class Fields {
  public:
-  /// By its name among the parameters of a material or of the world.
+  /// By its name among the parameters of a material, of an object or of the world.
   static bool is_field(const UnknownParameter& one);
 
   /// Takes those of `wanted` that are fields. Reports all problems at once, one line each:
@@ -45,11 +47,15 @@ class Fields {
       if (is_environment(f)) return true;
     return false;
   }
-  /// (nz, ny, nx, channels) of a grid, (height, width, 3) of an image.
+  /// (nz, ny, nx, channels) of a grid, (height, width, channels) of an image, (count, 3) of a mesh.
   const std::vector<std::ptrdiff_t>& shape(std::size_t field) const { return shapes_[field]; }
   int channels(std::size_t field) const { return static_cast<int>(shapes_[field].back()); }
-  /// Of a surface, as it is at the start; null: a grid, or the world's image.
+  /// Of a surface, as it is at the start; null: a grid, a mesh, or the world's image.
   const Texture* image(std::size_t field) const { return images_[field].get(); }
+  /// Which colours of a mesh lie next to each other; null: it is none.
+  const MeshGraph* graph(std::size_t field) const { return graphs_[field].get(); }
+  /// Whether it lies on a surface.
+  bool on_surface(std::size_t field) const { return image(field) || graph(field); }
 
   Scene scene_with(const Scene& scene, const FieldValues& values) const;
   /// With other values of one field.
@@ -66,7 +72,8 @@ class Fields {
   std::vector<std::string> names_;
   std::vector<UnknownParameter> wanted_;
   std::vector<std::vector<std::ptrdiff_t>> shapes_;
-  std::vector<std::shared_ptr<const Texture>> images_;  ///< see `image`
+  std::vector<std::shared_ptr<const Texture>> images_;    ///< see `image`
+  std::vector<std::shared_ptr<const MeshGraph>> graphs_;  ///< see `graph`
   FieldValues start_;
 };
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "fit/problem/fields.h"
@@ -10,9 +12,9 @@
 
 namespace selenite {
 
-/// A fit whose grids and images are still of one colour each, seen as a fit of few numbers: in place of
-/// an albedo grid stands the one albedo of its material, of an image its one base colour, of the world's
-/// image a colour that multiplies it. A search can
+/// A fit whose grids, images and meshes are still of one colour each, seen as a fit of few numbers: in
+/// place of an albedo grid stands the one albedo of its material, of an image or the colours of a mesh the
+/// one value of its parameter, of the world's image a colour that multiplies it. A search can
 /// go through these, and voxels and texels by their thousands start from what it finds. Otherwise
 /// whatever else darkens a body (extinction, IOR, roughness) is fitted to make up for them while they
 /// are far off.
@@ -28,7 +30,7 @@ class UniformFields {
   UniformFields(const UniformFields&) = delete;  // the problem refers to members
   UniformFields& operator=(const UniformFields&) = delete;
 
-  /// The scalars of the fit in their order, then a colour for each albedo grid and image. That of the
+  /// The scalars of the fit in their order, then a colour or number for each field. That of the
   /// world's image stays within `kTintFactor` of 1.
   const Problem& problem() const { return problem_; }
   const Reparametrization& reparametrization() const { return reparametrization_; }
@@ -46,8 +48,11 @@ class UniformFields {
   /// A field for which one colour stands.
   struct Colour {
     std::size_t field;
-    std::shared_ptr<const Texture> image;  ///< none: an albedo grid, or the world's image
-    bool tints = false;                    ///< it multiplies what the field starts with
+    std::string owner, parameter;
+    int width;        ///< 1 or 3 numbers
+    int map_of = -1;  ///< the parameter of the material that has the map; -1: an albedo grid
+    std::shared_ptr<const Texture> image{};  ///< none: a grid, a mesh, or the world's image
+    bool tints = false;                      ///< it multiplies what the field starts with
     /// As the field holds it, from linear light, and back.
     Color<double> stored(const Color<double>& linear) const;
     Color<double> linear(const Color<double>& stored) const;
@@ -55,11 +60,20 @@ class UniformFields {
   UniformFields(const Scene& scene, const std::vector<UnknownParameter>& wanted,
                 const Fields& fields, const std::vector<Photo>& photos, const Loss& loss,
                 int iterations);
+  /// None: the field stays as it starts.
+  static std::optional<Colour> colour_of(const Scene& scene, std::size_t field,
+                                         const ImageRef& ref);
+  static std::optional<Colour> colour_of(const Scene& scene, std::size_t field, const GridRef& ref);
+  static std::optional<Colour> colour_of(const Scene& scene, std::size_t field,
+                                         const EnvironmentRef& ref);
+  static std::optional<Colour> colour_of(const Scene& scene, std::size_t field,
+                                         const VertexColorsRef& ref);
   static std::vector<Colour> colours_of(const Scene& scene, const Fields& fields);
+  static Eigen::Index width_of(const std::vector<Colour>& colours);
   static std::vector<UnknownParameter> few_of(const std::vector<UnknownParameter>& wanted,
                                               const Fields& fields,
                                               const std::vector<Colour>& colours);
-  static Scene without(Scene scene, const Fields& fields, const std::vector<Colour>& colours);
+  static Scene without(Scene scene, const std::vector<Colour>& colours);
 
   const Fields& fields_;
   std::vector<Colour> colours_;

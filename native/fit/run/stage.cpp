@@ -15,7 +15,9 @@ bool has(const std::vector<std::string>& names, const std::string& name) {
 /// The scalar in whose place a field stands; "": none.
 std::string colour_of(const UnknownParameter& field) {
   if (field.parameter == grid_name(GridKind::kAlbedo)) return field.owner + ":albedo";
-  if (field.parameter == kBaseColorTexture) return field.owner + ":base_color";
+  const std::string suffix = "_texture";
+  if (field.parameter.ends_with(suffix))
+    return field.name().substr(0, field.name().size() - suffix.size());
   if (field.parameter == kEnvironment) return field.owner + ":color";
   return "";
 }

@@ -32,12 +32,18 @@ void FieldAdam::step(FieldValues& values, const std::vector<std::vector<double>>
     const Texture* const image = fields_->image(f);
     if (image)
       add_image_prior(*image, fields_->start()[f], values[f], moments_[f].moving(), how[f].prior,
-                      slopes);
+                      slopes, fields_->channels(f));
     if (image && how[f].spread > 0) {
       const double texels = how[f].spread * image->width() * image->height();
-      slopes = gaussian_blur(std::move(slopes), image->height(), image->width(), 3,
-                             std::sqrt(texels / (4 * kPi<double>)),
+      slopes = gaussian_blur(std::move(slopes), image->height(), image->width(),
+                             fields_->channels(f), std::sqrt(texels / (4 * kPi<double>)),
                              image->extension() == Extension::kRepeat);
+    }
+    if (const MeshGraph* const graph = fields_->graph(f)) {
+      Eigen::Map<Vector> of_mesh(slopes.data(), static_cast<Eigen::Index>(slopes.size()));
+      add_mesh_prior(*graph, values[f], moments_[f].moving(), how[f].prior, of_mesh);
+      if (how[f].spread > 0)
+        of_mesh = graph->smoothed(of_mesh, how[f].spread * static_cast<double>(graph->size()));
     }
     const Eigen::Map<const Vector> gradient(slopes.data(),
                                             static_cast<Eigen::Index>(slopes.size()));

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fit/objective/image_prior.h"
+#include "fit/objective/mesh_prior.h"
 #include "fit/problem/fields.h"
 #include "fit/solver/adam.h"
 
@@ -12,10 +13,10 @@ namespace selenite {
 /// A step of a field.
 struct FieldStep {
   double rate = 1;  ///< in learning rates
-  /// Share of an image over which its gradient is smoothed: the area of a Gaussian, 4 pi sigma^2.
+  /// Share of an image or mesh over which its gradient is smoothed: the area of a Gaussian, 4 pi sigma^2.
   /// Neighbours are alike more often than not, and one photo shows little but noise of few texels.
   double spread = 0;
-  PriorScale prior{};  ///< behind the gradient: by it the prior of an image counts
+  PriorScale prior{};  ///< behind the gradient: by it the prior of an image or mesh counts
 };
 
 /// Adam over all fields; a copy is its whole state.

@@ -13,9 +13,9 @@
 namespace selenite {
 namespace {
 
-bool any_image(const Fields& fields) {
+bool any_on_surface(const Fields& fields) {
   for (std::size_t f = 0; f < fields.refs().size(); ++f)
-    if (fields.image(f)) return true;
+    if (fields.on_surface(f)) return true;
   return false;
 }
 
@@ -77,7 +77,7 @@ double common_brightness(const std::vector<Photo>& photos) {
 Strategy::Strategy(FitProblem& problem)
     : optimiser(optimiser_of(problem)),
       alternates(!problem.fields().empty() && optimiser.few_unknowns),
-      has_images(any_image(problem.fields())),
+      has_images(any_on_surface(problem.fields())),
       has_environment(problem.fields().has_environment()) {
   const FitSettings& settings = problem.settings();
   if (alternates && settings.search != "off") uniform = problem.uniform();

@@ -118,7 +118,7 @@ using Slopes = std::conditional_t<K == 0, NoSlopes, SlotSlopes>;
 /// A colour and its derivatives in all slots of a render, updated by the product rule
 /// d(ab) = da b + a db. Nothing is divided by a factor, so a black one keeps its derivative.
 template <int K>
-class Throughput : public SinceEvent<K == kTaped> {
+class Throughput : public SinceEvent<is_taped(K)> {
  public:
   explicit Throughput(int slots) : slope(slots) {}
 
@@ -144,16 +144,16 @@ class Throughput : public SinceEvent<K == kTaped> {
     value = value * f;
     Since::multiply(f);
   }
-  /// A factor that depends on what `count` fields of unknowns hold at `position`: it goes on the
-  /// tape, and its derivative into the one slot that there is.
-  void multiply_recorded(const Colorf& f, const FieldSlope* slopes, int count,
-                         const Vec3f& position) requires(K == kTaped) {
+  /// A factor that depends on what `count` fields of unknowns hold: it goes on the tape, and its
+  /// derivative into the one slot that there is.
+  void multiply_recorded(const Colorf& f, const FieldSlope* slopes,
+                         int count) requires(is_taped(K)) {
     if (this->is_branch) {
-      this->tape->record_on_branch(value, this->after, f, slopes, count, position);
+      this->tape->record_on_branch(value, this->after, f, slopes, count);
       Since::multiply(f);
       this->after = Colorf(1);
     } else {
-      this->tape->record(value, this->since, f, slopes, count, position);
+      this->tape->record(value, this->since, f, slopes, count);
       this->since = Colorf(1);
     }
     slope.scale(f);
@@ -168,7 +168,7 @@ class Throughput : public SinceEvent<K == kTaped> {
   }
 
  private:
-  using Since = SinceEvent<K == kTaped>;
+  using Since = SinceEvent<is_taped(K)>;
 };
 
 /// What a path brings to its pixel: sum of throughput times emission, with derivatives.
@@ -183,7 +183,7 @@ class Radiance {
   void add(const Throughput<K>& t, const Factor<K>& emitted, float weight) {
     const Colorf e = emitted.value * weight;
     value += t.value * e;
-    if constexpr (K == kTaped) t.bring(e);
+    if constexpr (is_taped(K)) t.bring(e);
     slope.add(t.slope, e);
     slope.add(emitted, t.value * weight);
   }
@@ -191,7 +191,7 @@ class Radiance {
   void add(const Throughput<K>& t, const Factor<K>& f, const Factor<K>& emitted, float weight) {
     const Colorf e = emitted.value * weight, fe = f.value * e;
     value += t.value * fe;
-    if constexpr (K == kTaped) t.bring(fe);
+    if constexpr (is_taped(K)) t.bring(fe);
     slope.add(t.slope, fe);
     slope.add(f, t.value * e);
     slope.add(emitted, t.value * f.value * weight);

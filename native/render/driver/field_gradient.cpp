@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <type_traits>
 #include <utility>
 
 #include "math/error.h"
@@ -16,49 +17,94 @@
 namespace selenite {
 namespace {
 
-int channels_of(const PlacedGrid& placed) { return placed.grid->channels(); }
-int channels_of(const Texture&) { return 3; }
-int channels_of(const EnvironmentMap&) { return 3; }
-int channels_of(const Field& field) {
-  return std::visit([](const auto* one) { return channels_of(*one); }, field);
-}
+/// What is unknown: of each field what the paths look up, and the numbers at a place of it.
+struct Unknown {
+  std::vector<Field> fields;
+  std::vector<int> channels;
+  int slots = 1;  ///< of the material that needs most
 
-std::size_t count_of(const PlacedGrid& placed) { return placed.grid->values().size(); }
-std::size_t count_of(const Texture& image) {
-  return 3 * static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height());
+  std::size_t size() const { return fields.size(); }
+};
+
+int channels_of(const Scene& scene, const GridRef& ref) { return scene.grid(ref).grid->channels(); }
+int channels_of(const Scene& scene, const ImageRef& ref) { return scene.channels(ref); }
+int channels_of(const Scene&, const EnvironmentRef&) { return 3; }
+int channels_of(const Scene&, const VertexColorsRef&) { return 3; }
+
+std::size_t places_of(const PlacedGrid& placed) {
+  return placed.grid->values().size() / static_cast<std::size_t>(placed.grid->channels());
 }
-std::size_t count_of(const EnvironmentMap& image) { return 3 * image.pixels().size(); }
-std::size_t count_of(const Field& field) {
-  return std::visit([](const auto* one) { return count_of(*one); }, field);
+std::size_t places_of(const Texture& image) { return image.pixels().size(); }
+std::size_t places_of(const EnvironmentMap& image) { return image.pixels().size(); }
+std::size_t places_of(const VertexColors& colors) { return colors.values().size(); }
+std::size_t count_of(const Unknown& unknown, std::size_t f) {
+  return std::visit([](const auto* one) { return places_of(*one); }, unknown.fields[f]) *
+         static_cast<std::size_t>(unknown.channels[f]);
 }
 
 Field find(const Scene& scene, const GridRef& ref) { return &scene.grid(ref); }
 Field find(const Scene& scene, const ImageRef& ref) { return scene.image(ref).texture.get(); }
 Field find(const Scene& scene, const EnvironmentRef&) { return &scene.environment(); }
-std::string of_material(const Scene& scene, int material, const char* parameter) {
+Field find(const Scene& scene, const VertexColorsRef& ref) { return &scene.vertex_colors(ref); }
+std::string of_material(const Scene& scene, int material, const std::string& parameter) {
   return scene.appearance.materials.at(static_cast<std::size_t>(material)).name + ":" + parameter;
 }
 std::string name_of(const Scene& scene, const GridRef& ref) {
   return of_material(scene, ref.material, grid_name(ref.kind));
 }
 std::string name_of(const Scene& scene, const ImageRef& ref) {
-  return of_material(scene, ref.material, kBaseColorTexture);
+  return of_material(scene, ref.material, scene.image_name(ref));
 }
 std::string name_of(const Scene&, const EnvironmentRef&) {
   return std::string(kWorldName) + ":" + kEnvironment;
 }
 
-std::vector<Field> fields_of(const Scene& scene, const std::vector<FieldRef>& unknown) {
-  std::vector<Field> fields;
+std::string name_of(const Scene& scene, const VertexColorsRef& ref) {
+  return scene.geometry->meshes().at(static_cast<std::size_t>(ref.mesh)).name + ":" + kVertexColors;
+}
+
+Unknown unknown_of(const Scene& scene, const std::vector<FieldRef>& unknown) {
+  Unknown found;
   for (auto ref = unknown.begin(); ref != unknown.end(); ++ref)
     std::visit(
         [&](const auto& one) {
           if (std::find(unknown.begin(), ref, *ref) != ref)
             throw InvalidArgument(name_of(scene, one) + " is listed twice; list it once");
-          fields.push_back(find(scene, one));
+          found.fields.push_back(find(scene, one));
+          found.channels.push_back(channels_of(scene, one));
         },
         *ref);
-  return fields;
+  for (std::size_t m = 0; m < scene.appearance.materials.size(); ++m)
+    found.slots = std::max(found.slots, map_slots(scene, unknown, static_cast<int>(m)));
+  if (found.slots > kTapedMaps)
+    throw InvalidArgument("The unknown images of a material have " + std::to_string(found.slots) +
+                          " numbers, a colour of a node tree three of them; fit at most " +
+                          std::to_string(kTapedMaps) + " at once");
+  return found;
+}
+
+/// Renders all tiles by the kernel that the unknowns need. `work` makes what a tile needs; `done(i, tile,
+/// gradients)` takes the gradients of one, by field and cell.
+template <class Done>
+void render_tiles(const Scene& scene, const Camera& camera, const std::vector<FieldRef>& refs,
+                  const Unknown& unknown, const RenderSettings& settings, const TapedWork& work,
+                  Progress* progress, Film& film, const Done& done) {
+  const auto render = [&]<int L>(std::integral_constant<int, L>) {
+    const Prepared<L> prepared(scene, {}, refs);
+    const PixelCamera pixels(camera, settings.width, settings.height, settings.frame);
+    std::vector<TileReport> reports(tile_count(settings));
+    const auto cells = static_cast<std::size_t>(cells_across(work.cell) * cells_across(work.cell));
+    for_each_tile(settings, progress, [&](int i, const Tile& tile) {
+      std::vector<SparseGradient> gradients(unknown.size() * cells);
+      reports[i] = render_taped_tile(prepared, pixels, settings, tile, work, film, gradients);
+      done(i, tile, std::move(gradients));
+    });
+    add_reports(reports, film);
+  };
+  if (unknown.slots <= kTaped)
+    render(std::integral_constant<int, kTaped>());
+  else
+    render(std::integral_constant<int, kTapedMaps>());
 }
 
 }  // namespace
@@ -95,28 +141,21 @@ FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
                                  camera, unknown, settings, loss, progress);
   const auto start = std::chrono::steady_clock::now();
   const std::clock_t cpu_start = std::clock();
-  const std::vector<Field> fields = fields_of(scene, unknown);
+  const Unknown found = unknown_of(scene, unknown);
   if (progress) progress->fraction = 0;
 
   FieldGradient result;
   Film& film = result.film;
   const bool one_image = unknown.size() == 1 && std::holds_alternative<ImageRef>(unknown[0]);
   film = Film(settings.width, settings.height, settings.spp, one_image ? 1 : 0);
-  for (const Field& field : fields) result.fields.emplace_back(loss ? count_of(field) : 0);
+  for (std::size_t f = 0; f < found.size(); ++f)
+    result.fields.emplace_back(loss ? count_of(found, f) : 0);
 
-  const Prepared<kTaped> prepared(scene, {}, unknown);
-  const PixelCamera pixels(camera, settings.width, settings.height, settings.frame);
-  std::vector<TileReport> reports(tile_count(settings));
-  std::vector<int> channels;
-  for (const Field& field : fields) channels.push_back(channels_of(field));
-  OrderedSum sum(channels, result.fields);
-  for_each_tile(settings, progress, [&](int i, const Tile& tile) {
-    std::vector<SparseGradient> gradients(fields.size());
-    reports[i] =
-        render_taped_tile(prepared, pixels, settings, tile, {fields, loss}, film, gradients);
-    if (loss) sum.add(i, std::move(gradients));
-  });
-  add_reports(reports, film);
+  OrderedSum sum(found.channels, result.fields);
+  render_tiles(scene, camera, unknown, found, settings, {found.fields, loss}, progress, film,
+               [&](int i, const Tile&, std::vector<SparseGradient> gradients) {
+                 if (loss) sum.add(i, std::move(gradients));
+               });
   film.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   film.cpu_seconds = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
   return result;
@@ -140,37 +179,32 @@ FieldJacobian render_field_jacobian(const Scene& scene, const Camera& camera,
                                  camera, unknown, settings, weights, cell, progress);
   const auto start = std::chrono::steady_clock::now();
   const std::clock_t cpu_start = std::clock();
-  const std::vector<Field> fields = fields_of(scene, unknown);
+  const Unknown found = unknown_of(scene, unknown);
   if (progress) progress->fraction = 0;
 
   FieldJacobian result;
   Film& film = result.film;
   film = Film(settings.width, settings.height, settings.spp, 0);
   const int columns = cells_along(settings.width, cell), rows = cells_along(settings.height, cell);
-  for (const Field& field : fields)
+  for (std::size_t f = 0; f < found.size(); ++f)
     result.fields.emplace_back(
-        CellJacobian::Zero(static_cast<Eigen::Index>(rows) * columns, count_of(field)));
+        CellJacobian::Zero(static_cast<Eigen::Index>(rows) * columns, count_of(found, f)));
 
   const PixelLoss weighted = [&](std::size_t pixel, const Film&) {
     return PixelSlope{Colorf(weights[pixel]), {}};
   };
-  const Prepared<kTaped> prepared(scene, {}, unknown);
-  const PixelCamera pixels(camera, settings.width, settings.height, settings.frame);
-  std::vector<TileReport> reports(tile_count(settings));
+  const int across = cells_across(cell);
   // No two tiles share a row.
-  for_each_tile(settings, progress, [&](int i, const Tile& tile) {
-    const int across = cells_across(cell);
-    std::vector<SparseGradient> gradients(fields.size() * across * across);
-    reports[i] = render_taped_tile(prepared, pixels, settings, tile, {fields, weighted, cell}, film,
-                                   gradients);
-    for (int y = tile.y0 / cell; y * cell < tile.y1; ++y)
-      for (int x = tile.x0 / cell; x * cell < tile.x1; ++x)
-        for (std::size_t f = 0; f < fields.size(); ++f)
-          gradients[((y - tile.y0 / cell) * across + x - tile.x0 / cell) * fields.size() + f]
-              .add_to(result.fields[f].row(static_cast<Eigen::Index>(y) * columns + x).data(),
-                      channels_of(fields[f]));
-  });
-  add_reports(reports, film);
+  render_tiles(
+      scene, camera, unknown, found, settings, {found.fields, weighted, cell}, progress, film,
+      [&](int, const Tile& tile, const std::vector<SparseGradient>& gradients) {
+        for (int y = tile.y0 / cell; y * cell < tile.y1; ++y)
+          for (int x = tile.x0 / cell; x * cell < tile.x1; ++x)
+            for (std::size_t f = 0; f < found.size(); ++f)
+              gradients[((y - tile.y0 / cell) * across + x - tile.x0 / cell) * found.size() + f]
+                  .add_to(result.fields[f].row(static_cast<Eigen::Index>(y) * columns + x).data(),
+                          found.channels[f]);
+      });
   film.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   film.cpu_seconds = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
   return result;

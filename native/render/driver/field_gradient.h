@@ -28,20 +28,22 @@ PixelLoss squared_error(const Picture& reference);
 /// InvalidArgument: a weight is negative or not finite, or their sum is 0.
 PixelLoss mean_of_pixels(std::vector<float> weights);
 
-/// A field of unknowns: the grid or the image itself, of a surface or of the world.
-using Field = std::variant<const PlacedGrid*, const Texture*, const EnvironmentMap*>;
+/// A field of unknowns: the grid, the image of a surface or of the world, or the colours of a mesh.
+using Field =
+    std::variant<const PlacedGrid*, const Texture*, const EnvironmentMap*, const VertexColors*>;
 
 /// A picture, and the derivative of a loss by every value of some fields.
 struct FieldGradient {
   /// Where a single image is unknown it has a slot: the derivative by a shift of all that is looked
   /// up in the image (decoded).
   Film film;
-  /// Each as long as its grid's `values`, or three numbers a texel or pixel, row 0 at the top.
+  /// Each as long as its grid's `values`, or three numbers a texel, pixel, vertex or corner, one where
+  /// the image gives a number; row 0 at the top.
   std::vector<std::vector<double>> fields;
 };
 
-/// Renders, and differentiates a loss with respect to every voxel of the grids and every texel of the
-/// images in `unknown`, in the same pass: each path leaves a tape, which is swept back when its pixel's
+/// Renders, and differentiates a loss with respect to every voxel of the grids, every texel of the
+/// images and every colour of the meshes in `unknown`, in the same pass: each path leaves a tape, which is swept back when its pixel's
 /// residual is known. The cost does not depend on their number, and the memory of a pass only by one
 /// number for each.
 ///

@@ -20,9 +20,19 @@ inline int cells_across(int cell) { return kTileSize / cell; }
 
 /// Renders all samples of a tile's pixels and sweeps their tapes: one gradient a field for each cell,
 /// row by row.
-TileReport render_taped_tile(const Prepared<kTaped>& prepared, const PixelCamera& camera,
+template <int L>
+TileReport render_taped_tile(const Prepared<L>& prepared, const PixelCamera& camera,
                              const RenderSettings& settings, const Tile& tile,
                              const TapedWork& work, Film& film,
                              std::vector<SparseGradient>& gradients);
+
+extern template TileReport render_taped_tile<kTaped>(const Prepared<kTaped>&, const PixelCamera&,
+                                                     const RenderSettings&, const Tile&,
+                                                     const TapedWork&, Film&,
+                                                     std::vector<SparseGradient>&);
+extern template TileReport render_taped_tile<kTapedMaps>(const Prepared<kTapedMaps>&,
+                                                         const PixelCamera&, const RenderSettings&,
+                                                         const Tile&, const TapedWork&, Film&,
+                                                         std::vector<SparseGradient>&);
 
 }  // namespace selenite

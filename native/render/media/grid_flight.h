@@ -12,21 +12,22 @@
 namespace selenite {
 
 /// The same as `scatter`, where a grid of the medium is unknown.
-inline void scatter_recorded(const PreparedMaterial<kTaped>& medium, const Vec3f& position,
-                             Throughput<kTaped>& beta) {
+template <int L>
+void scatter_recorded(const PreparedMaterial<L>& medium, const Vec3f& position,
+                      Throughput<L>& beta) {
   const Colorf sigma_t = value_of(medium.extinction_at(position));
   if (medium.density_field >= 0) {
-    const FieldSlope slope{value_of(medium.values.extinction), medium.density_field,
-                           medium.density_unit};
-    beta.multiply_recorded(sigma_t, &slope, 1, position);
+    const FieldSlope slope{
+        value_of(medium.values.extinction), {position, medium.density_field}, medium.density_unit};
+    beta.multiply_recorded(sigma_t, &slope, 1);
   } else {
     beta.multiply(medium.factor(sigma_t));
   }
   const Colorf albedo =
       medium.albedo_grid ? medium.albedo_grid->at(position) : value_of(medium.values.albedo);
   if (medium.albedo_field >= 0) {
-    const FieldSlope slope{Colorf(1), medium.albedo_field, 1};
-    beta.multiply_recorded(albedo, &slope, 1, position);
+    const FieldSlope slope{Colorf(1), {position, medium.albedo_field}, 1};
+    beta.multiply_recorded(albedo, &slope, 1);
   } else {
     beta.multiply(medium.factor(albedo));
   }
@@ -35,7 +36,7 @@ inline void scatter_recorded(const PreparedMaterial<kTaped>& medium, const Vec3f
 /// Light is scattered at `position`: the throughput takes the medium's scattering coefficient there.
 template <int L>
 void scatter(const PreparedMaterial<L>& medium, const Vec3f& position, Throughput<L>& beta) {
-  if constexpr (L == kTaped)
+  if constexpr (is_taped(L))
     if (medium.albedo_field >= 0 || medium.density_field >= 0)
       return scatter_recorded(medium, position, beta);
   if (!medium.albedo_grid && !medium.density_grid) {
@@ -137,15 +138,15 @@ class GridFlight {
     }
     // Rounding can leave a tight majorant a little below the extinction.
     left = map(left, [](float x) { return std::max(x, 0.0f); });
-    if constexpr (L == kTaped) {
+    if constexpr (is_taped(L)) {
       std::array<FieldSlope, kMost> slopes;
       int unknown = 0;
       for (int i = 0; i < count_; ++i)
         if (media_[i]->density_field >= 0)
           // Of a loose majorant something is always left: no path gets black here.
-          slopes[unknown++] = {value_of(media_[i]->values.extinction) * -scale,
-                               media_[i]->density_field, 0};
-      if (unknown > 0) return beta.multiply_recorded(left * scale, slopes.data(), unknown, p);
+          slopes[unknown++] = {
+              value_of(media_[i]->values.extinction) * -scale, {p, media_[i]->density_field}, 0};
+      if (unknown > 0) return beta.multiply_recorded(left * scale, slopes.data(), unknown);
     }
     beta.multiply(left * scale, parts.data(), count_, -scale);
   }

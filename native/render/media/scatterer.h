@@ -43,7 +43,7 @@ struct SurfaceScatterer {
   /// The radiance takes the light that has come along `through` and is scattered by `value`.
   void bring(const Geometry& geometry, const Color<X>& value, const Factor<L>& emitted,
              float weight, Throughput<L>& through, Radiance<L>& radiance) const {
-    if constexpr (L == kTaped)
+    if constexpr (is_taped(L))
       if (material.is_recorded()) {
         material.record(geometry, hit, value, through);
         return radiance.add(through, emitted, weight);

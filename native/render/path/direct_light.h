@@ -149,6 +149,8 @@ class DirectLight {
     float share = 1;      // of this way to draw the position
     bool alone = false;   // no other way finds the light
     bool casts_shadows = true;
+    const PreparedMaterial<L>* glowing = nullptr;  // with maps that are unknown
+    Hit on{};                                      // it
     RayKinds visible_to = kScatteredRays;
     LinkedSets links;
     Factor<L> emitted;
@@ -187,7 +189,7 @@ class DirectLight {
         if (p_.visibility.uneven && !lit(emitter.links, scatterer.object())) return;
         visible_to = emitter.visible_to;
         const float root = std::sqrt(u1);
-        const Hit on{t.instance, t.triangle, root * (1 - u2), root * u2, 0};
+        on = {t.instance, t.triangle, root * (1 - u2), root * u2, 0};
         const Surface target = p_.geometry.surface(on);
         const Vec3f d = target.position - position;
         const float distance2 = dot(d, d);
@@ -196,6 +198,7 @@ class DirectLight {
         // Stop short of the emitter itself.
         distance = std::sqrt(distance2) * (1 - 1e-4f);
         const PreparedMaterial<L>& source = p_.materials[t.material];
+        if (source.is_recorded()) glowing = &source;
         density = p_.lights.mesh_density(target, d, false);
         heuristic = p_.lights.mesh_density(target, d, as_cycles(scatterer.refracts(direction)));
         if (source.shader) {
@@ -233,6 +236,10 @@ class DirectLight {
     if (choice.source == Source::kLamp)
       weight *= way_share(choice.index, direction, heuristic, bsdf_density);
     const float found = share * weight / density;
+    if constexpr (is_taped(L))
+      if (glowing)
+        glowing->record_emission(p_.geometry, on, emitted, through.value * value_of(value) * found,
+                                 through, radiance);
     if (choice.source == Source::kWorld)
       record_world(direction, through.value * value_of(value) * found, through);
     scatterer.bring(p_.geometry, value, emitted, found, through, radiance);
@@ -274,7 +281,7 @@ class DirectLight {
       if (!unlinked) {
         media.cross(*hit, s, direction);
         facts.length = dot(s.position - origin, direction);
-        beta.multiply(material.factor(transparency(material, *hit, s, direction, facts)));
+        material.pass(p_.geometry, *hit, transparency(material, *hit, s, direction, facts), beta);
         ++facts.transparent_depth;
       }
       if (!(beta.importance() > 0)) return false;
@@ -311,6 +318,7 @@ class DirectLight {
                              const PathFacts& facts) const {
     ShadingPoint point;
     point.geometry = &p_.geometry;
+    point.mesh_colors = &p_.scene.appearance.mesh_colors;
     point.hit = hit;
     point.surface = surface;
     point.wi = -direction;
@@ -339,11 +347,11 @@ class DirectLight {
   /// the camera to the world.
   void record_world(const Vec3f& direction, const Colorf& throughput,
                     const Throughput<L>& beta) const {
-    if constexpr (L == kTaped) {
+    if constexpr (is_taped(L)) {
       if (p_.environment_field < 0) return;
       const World& world = p_.scene.appearance.world;
       beta.tape->add_leaf(throughput * p_.emitted.world(Colorf(1)).value,
-                          world.to_map_frame(direction), p_.environment_field);
+                          {world.to_map_frame(direction), p_.environment_field});
     }
   }
   const Prepared<L>& p_;

@@ -39,7 +39,7 @@ class PathTracer {
     MediaStack<L> media(p_);
     if (p_.any_medium) media.locate(path.ray.origin);
     truncated = false;
-    if constexpr (L == kTaped) {
+    if constexpr (is_taped(L)) {
       tape.clear();
       beta.tape = &tape;
     }
@@ -125,7 +125,7 @@ class PathTracer {
         if (material.emissive && !held_out)
           add_emission(path, *hit, surface, material.factor(bsdf.emission()), beta, radiance);
 
-        if (material.transparent && pass_through(material, bsdf, random, beta)) {
+        if (material.transparent && pass_through(material, *hit, bsdf, random, beta)) {
           media.cross(*hit, surface, path.ray.direction);
           media.leave(surface, path.ray.direction);
           // The ray goes on as if nothing had been there; its density stays that of its origin.
@@ -280,6 +280,7 @@ class PathTracer {
   ShadingPoint seen(const Path& path, const Hit& hit, const Surface& surface) const {
     ShadingPoint point;
     point.geometry = &p_.geometry;
+    point.mesh_colors = &p_.scene.appearance.mesh_colors;
     point.hit = hit;
     point.surface = surface;
     point.wi = -path.ray.direction;
@@ -325,7 +326,13 @@ class PathTracer {
     const float light = path.from_camera()
                             ? 0
                             : p_.lights.mesh_density(surface, d, direct_.as_cycles(path.refracted));
-    radiance.add(beta, emitted, DirectLight<L>::bsdf_weight(path.density, light));
+    const float weight = DirectLight<L>::bsdf_weight(path.density, light);
+    radiance.add(beta, emitted, weight);
+    if constexpr (is_taped(L)) {
+      const PreparedMaterial<L>& material = p_.materials[surface.material];
+      if (material.is_recorded())
+        material.record_emission(p_.geometry, hit, emitted, beta.value * weight, beta, radiance);
+    }
   }
   /// Russian roulette. A power below 1 keeps more of the dim paths than their share.
   bool survives(int scatterings, const Random& random, Throughput<L>& beta) const {
@@ -344,8 +351,8 @@ class PathTracer {
 
   /// Decides whether the ray passes straight through; either way `beta` takes the factor.
   template <class Bsdf>
-  bool pass_through(const PreparedMaterial<L>& material, const Bsdf& bsdf, const Random& random,
-                    Throughput<L>& beta) const {
+  bool pass_through(const PreparedMaterial<L>& material, const Hit& hit, const Bsdf& bsdf,
+                    const Random& random, Throughput<L>& beta) const {
     const auto transparency = bsdf.transparency();
     float probability = 0;
     if constexpr (std::is_same_v<Bsdf, SurfaceBsdf<Scalar>>) {
@@ -357,7 +364,7 @@ class PathTracer {
     }
     if (!(probability > 0)) return false;
     if (random.uniform(kPass) < probability) {
-      beta.multiply(material.factor(transparency));
+      material.pass(p_.geometry, hit, transparency, beta);
       beta.multiply(1 / probability);
       return true;
     }

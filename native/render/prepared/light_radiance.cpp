@@ -47,6 +47,7 @@ template class LightRadiance<0>;
 template class LightRadiance<1>;
 template class LightRadiance<2>;
 template class LightRadiance<4>;
+template class LightRadiance<6>;
 template class LightRadiance<8>;
 template class LightRadiance<16>;
 

@@ -109,7 +109,8 @@ LightSet lights_of(const Scene& scene, const LightRadiance<L>& emitted,
       continue;
     }
     const auto light = material.values.emission_color * material.values.emission_strength;
-    const bool ticked = has_slope(light), emits = ticked || max_channel(value_of(light)) > 0;
+    const bool ticked = has_slope(light) || material.unknown_emission,
+               emits = ticked || max_channel(value_of(light)) > 0;
     set.materials.push_back(emits ? use(ticked) : LightUse::kNone);
   }
   if (appearance.world.on) set.world = use(emitted.is_world_ticked());
@@ -153,9 +154,9 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
       lights(scene, lights_of(scene, emitted, materials)),
       lamps(lamps_of(scene.appearance)),
       environment_field(field_number(fields, EnvironmentRef{})),
-      slots(fields.empty() ? static_cast<int>(layout.slots.size()) : kTaped),
+      slots(fields.empty() ? static_cast<int>(layout.slots.size()) : 1),
       slot_room(slot_room_of(layout, slots)),
-      roulette_scales(roulette_scales_of(scene, layout, L == kTaped)) {
+      roulette_scales(roulette_scales_of(scene, layout, is_taped(L))) {
   for (std::size_t m = 0; m < materials.size(); ++m) {
     PreparedMaterial<L>& material = materials[m];
     material.emissive = lights.samples(static_cast<int>(m));
@@ -184,6 +185,7 @@ template class Prepared<0>;
 template class Prepared<1>;
 template class Prepared<2>;
 template class Prepared<4>;
+template class Prepared<6>;
 template class Prepared<8>;
 template class Prepared<16>;
 

@@ -53,19 +53,19 @@ struct Seed {
 };
 
 /// Puts a looked-up colour into one field, clamped to what the model permits; a number takes the
-/// luminance, as Blender's sockets do. An unknown colour is seeded in the first slot where it is inside.
+/// luminance, as Blender's sockets do. What is unknown is seeded where it is inside.
 template <class T>
 struct Put {
   int field;
   const Colorf& color;
-  bool unknown = false;
+  int slot = -1;  ///< none: it is known
   int index = 0;
   static float inside(const Parameter& p, float x) {
     return clamp(x, static_cast<float>(p.lower), static_cast<float>(p.upper));
   }
   void operator()(const Parameter& p, T& x) {
     if (index++ != field) return;
-    x = T(inside(p, 0.2126729f * color.r + 0.7151522f * color.g + 0.0721750f * color.b));
+    x = number(p, 0.2126729f * color.r + 0.7151522f * color.g + 0.0721750f * color.b);
   }
   void operator()(const Parameter& p, Color<T>& c) {
     if (index++ != field) return;
@@ -74,7 +74,7 @@ struct Put {
   T number(const Parameter& p, float x) const {
     const float value = inside(p, x);
     if constexpr (!std::is_same_v<T, float>)
-      if (unknown && value == x) return T::variable(value, 0);
+      if (slot >= 0 && value == x) return T::variable(value, slot);
     return T(value);
   }
 };
@@ -142,9 +142,90 @@ template <int L>
 void PreparedMaterial<L>::apply(const FieldMap& map, const Geometry& geometry, const Hit& hit,
                                 Principled<PathScalar<L>>& room) const {
   const Colorf color = map.texture ? map.texture->at(map.place(geometry.uv(hit, map.attribute)))
-                                   : geometry.color(hit, map.attribute);
-  Put<PathScalar<L>> put{map.field, color, &map == base_color_map};
+                                   : color_at(geometry, *mesh_colors, hit, map.attribute);
+  const auto unknown =
+      std::ranges::find_if(unknown_maps, [&](const UnknownMap& one) { return one.map == &map; });
+  Put<PathScalar<L>> put{map.field, color, unknown == unknown_maps.end() ? -1 : unknown->slot};
   Principled<PathScalar<L>>::fields(room, put);
+}
+
+template <int L>
+int PreparedMaterial<L>::slopes_of(const Geometry& geometry, const Hit& hit, const Factor<L>& f,
+                                   std::array<FieldSlope, L>& slopes) const {
+  int found = 0;
+  for (const UnknownMap& one : unknown_maps) {
+    FieldPlace place;
+    if (one.field >= 0) {
+      const Vec2f uv = one.map->place(geometry.uv(hit, one.map->attribute));
+      place = {{uv.x, uv.y, 0}, one.field};
+    } else {
+      const int mesh = geometry.instances()[hit.instance].mesh;
+      const auto colors = std::ranges::find_if(unknown_colors, [&](const UnknownColors& c) {
+        return c.mesh == mesh && (one.map->attribute.empty() || one.map->attribute == *c.attribute);
+      });
+      if (colors == unknown_colors.end()) continue;
+      place = FieldPlace::on_triangle(hit.triangle, hit.b1, hit.b2, colors->field);
+    }
+    for (int k = 0; k < one.count; ++k) {
+      const auto slot = static_cast<std::size_t>(one.slot + k);
+      place.number = one.count > 1 ? k : -1;
+      slopes[static_cast<std::size_t>(found++)] = {
+          {f.slope[0][slot], f.slope[1][slot], f.slope[2][slot]}, place, 1};
+    }
+  }
+  return found;
+}
+
+namespace {
+
+/// The maps of a material that are unknown, with the slots of what they give.
+std::vector<UnknownMap> unknown_maps_of(const Scene& scene, std::span<const FieldRef> fields,
+                                        int material) {
+  const auto of_mesh = [](const FieldRef& ref) {
+    return std::holds_alternative<VertexColorsRef>(ref);
+  };
+  const bool any_colors = std::ranges::any_of(fields, of_mesh);
+  std::vector<UnknownMap> found;
+  int slots = 0;
+  for (const FieldMap& map : scene.appearance.materials[material].maps) {
+    const int field = field_number(fields, ImageRef{material, map.field});
+    if (field >= 0 || (any_colors && !map.texture)) found.push_back({&map, slots++, 1, field});
+  }
+  const auto& images = scene.appearance.materials[material].images;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const int field = field_number(fields, ImageRef{material, constant_field(static_cast<int>(i))});
+    if (field < 0) continue;
+    found.push_back({&images[i].map, slots, images[i].channels, field});
+    slots += images[i].channels;
+  }
+  return found;
+}
+
+/// Of the textures of a shader; empty: none is unknown.
+std::vector<ImageSlots> image_slots_of(const Material& material,
+                                       const std::vector<UnknownMap>& unknown) {
+  std::vector<ImageSlots> slots;
+  for (const UnknownMap& one : unknown) {
+    slots.resize(material.shader->textures.size());
+    slots[static_cast<std::size_t>(one.map->field)] = {one.slot, one.count};
+  }
+  return slots;
+}
+
+std::vector<UnknownColors> unknown_colors_of(const Scene& scene, std::span<const FieldRef> fields) {
+  std::vector<UnknownColors> found;
+  for (std::size_t f = 0; f < fields.size(); ++f)
+    if (const auto* ref = std::get_if<VertexColorsRef>(&fields[f]))
+      found.push_back({ref->mesh, &scene.vertex_colors(*ref).attribute(), static_cast<int>(f)});
+  return found;
+}
+
+}  // namespace
+
+int map_slots(const Scene& scene, std::span<const FieldRef> fields, int material) {
+  int slots = 0;
+  for (const UnknownMap& one : unknown_maps_of(scene, fields, material)) slots += one.count;
+  return slots;
 }
 
 int field_number(std::span<const FieldRef> fields, const FieldRef& ref) {
@@ -178,9 +259,21 @@ std::vector<PreparedMaterial<L>> prepare_materials(const Scene& scene, const Slo
     const auto& values = prepared.values;
     prepared.transparent = value_of(values.alpha) < 1 || has_slope(values.alpha) ||
                            material.map_of(material_field(&MaterialValues::alpha));
+    prepared.mesh_colors = &scene.appearance.mesh_colors;
+    if constexpr (is_taped(L)) {
+      prepared.unknown_maps = unknown_maps_of(scene, unknown, index);
+      prepared.unknown_colors = unknown_colors_of(scene, unknown);
+      prepared.unknown_emission =
+          std::ranges::any_of(prepared.unknown_maps, [&](const UnknownMap& one) {
+            return material.shader ||
+                   one.map->field == material_field(&MaterialValues::emission_color) ||
+                   one.map->field == material_field(&MaterialValues::emission_strength);
+          });
+    }
     if (material.shader) {
       prepared.shader = std::make_shared<const PreparedShader<PathScalar<L>>>(
-          material, seeded_constants<L>(material, local, fields));
+          material, seeded_constants<L>(material, local, fields),
+          image_slots_of(material, prepared.unknown_maps));
       prepared.transparent = prepared.shader->may_pass();
       if (prepared.shader->may_enter()) prepare_inside(*scene.geometry, index);
     }
@@ -189,8 +282,6 @@ std::vector<PreparedMaterial<L>> prepare_materials(const Scene& scene, const Slo
       prepare_inside(*scene.geometry, index);
     prepared.albedo_field = field_number(unknown, GridRef{index, GridKind::kAlbedo});
     prepared.density_field = field_number(unknown, GridRef{index, GridKind::kDensity});
-    prepared.base_color_field = field_number(unknown, ImageRef{index});
-    if (prepared.base_color_field >= 0) prepared.base_color_map = &scene.image({index});
     prepare_medium(material, *scene.geometry, prepared);
     materials.push_back(prepared);
   }
@@ -203,7 +294,9 @@ PreparedMaterial<L> white_material() {
   white.values.specular_level = PathScalar<L>(0);
   white.values.base_color = Color<PathScalar<L>>(PathScalar<L>(1));
   static const std::vector<FieldMap> none;
+  static const MeshColors no_colors;
   white.maps = &none;
+  white.mesh_colors = &no_colors;
   return white;
 }
 
@@ -229,6 +322,12 @@ template std::vector<PreparedMaterial<kTaped>> prepare_materials(const Scene&, c
                                                                  std::span<const FieldRef>);
 template PreparedMaterial<kTaped> white_material();
 template void prepare_plain(const Material&, PreparedMaterial<kTaped>&);
+template struct PreparedMaterial<kTapedMaps>;
+template std::vector<PreparedMaterial<kTapedMaps>> prepare_materials(const Scene&,
+                                                                     const SlotLayout&,
+                                                                     std::span<const FieldRef>);
+template PreparedMaterial<kTapedMaps> white_material();
+template void prepare_plain(const Material&, PreparedMaterial<kTapedMaps>&);
 template struct PreparedMaterial<2>;
 template std::vector<PreparedMaterial<2>> prepare_materials(const Scene&, const SlotLayout&,
                                                             std::span<const FieldRef>);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
@@ -41,6 +42,20 @@ struct PreparedMedium {
   }
 };
 
+/// A map of a material that is unknown.
+struct UnknownMap {
+  const FieldMap* map;
+  int slot;        ///< the first of the local slots of what it gives
+  int count;       ///< of these: 1, or 3 where every channel depends on every number
+  int field = -1;  ///< of its image among the fields of unknowns; none: the colours of the mesh
+};
+/// Colours of a mesh that are unknown.
+struct UnknownColors {
+  int mesh;
+  const std::string* attribute;
+  int field;
+};
+
 /// Slots of a material.
 struct OwnSlots {
   int first = 0;  ///< slot of the layout that its first local slot is; the others follow
@@ -64,8 +79,10 @@ struct PreparedMaterial : PreparedMedium<L>, OwnSlots {
   /// In place of the Principled BSDF of `values`; null: that.
   std::shared_ptr<const PreparedShader<PathScalar<L>>> shader;
   const std::vector<FieldMap>* maps = nullptr;
-  const FieldMap* base_color_map = nullptr;  ///< of an unknown base colour
-  int base_color_field = -1;                 ///< its number among the fields of unknowns
+  const MeshColors* mesh_colors = nullptr;
+  std::vector<UnknownMap> unknown_maps;
+  std::vector<UnknownColors> unknown_colors;  ///< what those of `unknown_maps` without a field show
+  bool unknown_emission = false;              ///< by one of `unknown_maps`
 
   /// sigma_t at a point of the medium.
   Color<PathScalar<L>> extinction_at(const Vec3f& p) const {
@@ -82,22 +99,46 @@ struct PreparedMaterial : PreparedMedium<L>, OwnSlots {
     return *room;
   }
   /// Whether what the surface scatters goes on the tape; see `record`.
-  bool is_recorded() const { return L == kTaped && base_color_map; }
+  bool is_recorded() const { return is_taped(L) && !unknown_maps.empty(); }
   /// The throughput takes what the surface scatters at a hit.
   template <class X>
   void attenuate(const Geometry& geometry, const Hit& hit, const Color<X>& c,
                  Throughput<L>& beta) const {
-    if constexpr (L == kTaped)
+    if constexpr (is_taped(L))
       if (is_recorded()) return record(geometry, hit, c, beta);
+    beta.multiply(factor(c));
+  }
+  /// The same of light that passes straight through, on which few maps have an effect.
+  template <class X>
+  void pass(const Geometry& geometry, const Hit& hit, const Color<X>& c,
+            Throughput<L>& beta) const {
+    if constexpr (is_taped(L))
+      if (is_recorded() && has_slope(c)) return record(geometry, hit, c, beta);
     beta.multiply(factor(c));
   }
   template <class X>
   void record(const Geometry& geometry, const Hit& hit, const Color<X>& c,
-              Throughput<L>& beta) const requires(L == kTaped) {
+              Throughput<L>& beta) const requires(is_taped(L)) {
     const Factor<L> f = factor(c);
-    const FieldSlope slope{{f.slope[0][0], f.slope[1][0], f.slope[2][0]}, base_color_field, 1};
-    const Vec2f uv = base_color_map->place(geometry.uv(hit, base_color_map->attribute));
-    beta.multiply_recorded(f.value, &slope, 1, {uv.x, uv.y, 0});
+    std::array<FieldSlope, L> slopes;
+    const int count = slopes_of(geometry, hit, f, slopes);
+    if (count > 0)
+      beta.multiply_recorded(f.value, slopes.data(), count);
+    else
+      beta.multiply(f);
+  }
+  /// Puts what the surface emits on the tape, by its share of the pixel.
+  void record_emission(const Geometry& geometry, const Hit& hit, const Factor<L>& emitted,
+                       const Colorf& share, const Throughput<L>& beta, Radiance<L>& radiance) const
+      requires(is_taped(L)) {
+    if (!unknown_emission) return;
+    std::array<FieldSlope, L> slopes;
+    const int count = slopes_of(geometry, hit, emitted, slopes);
+    for (int i = 0; i < count; ++i) {
+      const Colorf derivative = share * slopes[static_cast<std::size_t>(i)].slope;
+      beta.tape->add_leaf(derivative, slopes[static_cast<std::size_t>(i)].place);
+      radiance.slope.add(0, derivative);
+    }
   }
   template <class X>
   Factor<L> factor(const Color<X>& c) const {
@@ -112,13 +153,19 @@ struct PreparedMaterial : PreparedMedium<L>, OwnSlots {
  private:
   void apply(const FieldMap& map, const Geometry& geometry, const Hit& hit,
              Principled<PathScalar<L>>& room) const;
+  /// How a factor depends on what unknown maps give at a hit; returns their number.
+  int slopes_of(const Geometry& geometry, const Hit& hit, const Factor<L>& f,
+                std::array<FieldSlope, L>& slopes) const;
 };
+
+/// Derivatives of a material that its unknown maps need.
+int map_slots(const Scene& scene, std::span<const FieldRef> fields, int material);
 
 /// Of a field among those that are unknown; -1 if it is none of them.
 int field_number(std::span<const FieldRef> fields, const FieldRef& ref);
 
 /// The materials of a scene, except what needs its lights: `emissive`, `sealed` and `plain`. `fields`:
-/// grids and images that are unknown. Readies the geometry for walks below a surface.
+/// grids, images and colours of meshes that are unknown. Readies the geometry for walks below a surface.
 template <int L>
 std::vector<PreparedMaterial<L>> prepare_materials(const Scene& scene, const SlotLayout& layout,
                                                    std::span<const FieldRef> fields);

@@ -41,8 +41,11 @@ bool is_nothing(const T& weight) {
 }  // namespace
 
 template <class T>
-PreparedShader<T>::PreparedShader(const Material& material, const std::vector<Color<T>>& constants)
-    : program_(*material.shader), fixed_(static_cast<std::size_t>(material.shader->fixed)) {
+PreparedShader<T>::PreparedShader(const Material& material, const std::vector<Color<T>>& constants,
+                                  std::vector<ImageSlots> images)
+    : program_(*material.shader),
+      fixed_(static_cast<std::size_t>(material.shader->fixed)),
+      images_(std::move(images)) {
   prepare<T>(program_, constants, fixed_);
   for (const ShaderClosure& closure : program_.closures)
     if (has_share(closure)) judge(closure);
@@ -59,9 +62,10 @@ bool PreparedShader<T>::acts(int index) const {
 template <class T>
 bool PreparedShader<T>::moves(int index) const {
   if (index < 0 || std::is_same_v<T, scalar_t<T>>) return false;
-  // A number that varies may carry the derivative of any constant.
+  // A number that varies may carry the derivative of any constant or image.
   if (program_.varies(index))
-    return std::any_of(fixed_.begin(), fixed_.end(), [](const auto& c) { return has_slope(c); });
+    return !images_.empty() ||
+           std::any_of(fixed_.begin(), fixed_.end(), [](const auto& c) { return has_slope(c); });
   return has_slope(fixed_[static_cast<std::size_t>(index)]);
 }
 
@@ -199,6 +203,7 @@ Color<double> mean_emission(const Scene& scene, int material) {
     hit.b1 = static_cast<float>(root * (1 - u)), hit.b2 = static_cast<float>(root * u);
     ShadingPoint point;
     point.geometry = &geometry;
+    point.mesh_colors = &scene.appearance.mesh_colors;
     point.hit = hit;
     point.surface = geometry.surface(hit);
     point.wi = point.surface.ng;
@@ -214,6 +219,7 @@ template class PreparedShader<float>;
 template class PreparedShader<Dual<float, 1>>;
 template class PreparedShader<Dual<float, 2>>;
 template class PreparedShader<Dual<float, 4>>;
+template class PreparedShader<Dual<float, 6>>;
 template class PreparedShader<Dual<float, 8>>;
 template class PreparedShader<Dual<float, 16>>;
 

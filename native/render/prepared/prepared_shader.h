@@ -23,8 +23,9 @@ struct ShaderRoom {
 template <class T>
 class PreparedShader {
  public:
-  /// `constants`: of `material.shader`, which has to stay.
-  PreparedShader(const Material& material, const std::vector<Color<T>>& constants);
+  /// `constants`: of `material.shader`, which has to stay. `images`: see Registers.
+  PreparedShader(const Material& material, const std::vector<Color<T>>& constants,
+                 std::vector<ImageSlots> images = {});
 
   /// The closures at a hit. They stay in the room until it is used again.
   std::span<const PlacedClosure<T>> closures(const ShadingPoint& point, ShaderRoom<T>& room) const;
@@ -52,7 +53,7 @@ class PreparedShader {
   }
   Registers<T> run_at(const ShadingPoint& point, ShaderRoom<T>& room) const {
     room.own.resize(static_cast<std::size_t>(program_.varying()));
-    const Registers<T> registers{fixed_, room.own};
+    const Registers<T> registers{fixed_, room.own, images_};
     run<T>(program_, point, registers);
     return registers;
   }
@@ -66,6 +67,7 @@ class PreparedShader {
 
   const Shader& program_;
   std::vector<Color<T>> fixed_;
+  std::vector<ImageSlots> images_;
   bool may_pass_ = false, may_emit_ = false, may_enter_ = false, emission_moves_ = false;
 };
 

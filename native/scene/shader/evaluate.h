@@ -10,12 +10,19 @@
 
 namespace selenite {
 
+/// Slots of the derivatives by what an image of a shader gives; `count`: 1 of a number, which is the same
+/// in all channels, 3 of a colour, 0 where it is known.
+struct ImageSlots {
+  int first = 0, count = 0;
+};
+
 /// The registers of a shader, by number: those that are the same at all hits, which paths share, and
 /// those of one hit.
 template <class T>
 struct Registers {
   std::span<const Color<T>> fixed;
   std::span<Color<T>> own;
+  std::span<const ImageSlots> images{};  ///< one a texture; empty: all are known
 
   const Color<T>& operator[](int index) const {
     const auto at = static_cast<std::size_t>(index);

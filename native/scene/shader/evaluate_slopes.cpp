@@ -10,6 +10,7 @@ namespace selenite {
 SELENITE_SHADER_TYPE(Dual<float, 1>);
 SELENITE_SHADER_TYPE(Dual<float, 2>);
 SELENITE_SHADER_TYPE(Dual<float, 4>);
+SELENITE_SHADER_TYPE(Dual<float, 6>);
 SELENITE_SHADER_TYPE(Dual<float, 8>);
 SELENITE_SHADER_TYPE(Dual<float, 16>);
 SELENITE_SHADER_TYPE(Dual<double, 1>);

@@ -115,7 +115,8 @@ Colorf InputPoint::attribute(AttributeMode mode, const std::string& name) const 
       return {uv.x, uv.y, 0};
     }
     case AttributeMode::kColor:
-      return point_.geometry->color(hit_, name);
+      return point_.mesh_colors ? color_at(*point_.geometry, *point_.mesh_colors, hit_, name)
+                                : point_.geometry->color(hit_, name);
     case AttributeMode::kVector:
       return color_of(corner_vector(*point_.geometry, hit_, name));
   }

@@ -19,6 +19,14 @@ namespace selenite::shading {
 /// Weights by which Cycles makes a number of a colour, for linear Rec. 709.
 inline constexpr double kLuminance[] = {0.2126729, 0.7151522, 0.0721750};
 
+/// What an unknown image gives is a variable.
+template <class T>
+void seed(const ImageSlots& slots, Color<T>& color) {
+  if (slots.count == 0) return;
+  for (int c = 0; c < 3; ++c)
+    color[c].d[static_cast<std::size_t>(slots.first + (slots.count == 1 ? 0 : c))] += 1;
+}
+
 /// One instruction with its inputs.
 template <class T>
 struct Step {
@@ -280,8 +288,11 @@ Color<T> execute(const Step<T>& s) {
       const auto mode = s.template mode<ImageMode>();
       const float blend =
           mode == ImageMode::kBox ? static_cast<float>(value_of(s.number(1))) : 0.0f;
-      return image_texture(*s.shader.textures[static_cast<std::size_t>(code.item)], s.point, mode,
-                           s.vector(0), blend);
+      const auto item = static_cast<std::size_t>(code.item);
+      Color<T> found = image_texture(*s.shader.textures[item], s.point, mode, s.vector(0), blend);
+      if constexpr (!std::is_same_v<T, scalar_t<T>>)
+        if (!s.registers.images.empty()) seed(s.registers.images[item], found);
+      return found;
     }
     case Op::kWhiteNoise:
       return white_noise_step(s);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "model/ray_kind.h"
-#include "scene/geometry.h"
+#include "scene/vertex_colors.h"
 
 namespace selenite {
 
@@ -26,6 +26,7 @@ struct CameraPlace {
 /// Where a shader is evaluated.
 struct ShadingPoint {
   const Geometry* geometry = nullptr;
+  const MeshColors* mesh_colors = nullptr;  ///< null: the geometry's
   Hit hit{};
   Surface surface{};  ///< `n`, `ng` by the winding, as `Geometry::surface` gives them
   Vec3f wi;           ///< unit, to the viewer

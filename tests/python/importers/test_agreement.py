@@ -17,7 +17,7 @@ from selenite.importers.reconstruction import (
     ReconstructedMesh,
     Reconstruction,
 )
-from selenite.scene_read.capture_request import LensDistortion
+from selenite.scene_read.lens import LensDistortion
 
 sys.path.insert(0, str(Path(__file__).parent))
 

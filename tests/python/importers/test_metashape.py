@@ -12,7 +12,7 @@ import pytest
 
 from selenite.importers.read import read_reconstruction
 from selenite.importers.reconstruction import ReconstructionError
-from selenite.scene_read.capture_request import LensDistortion
+from selenite.scene_read.lens import LensDistortion
 
 sys.path.insert(0, str(Path(__file__).parent))
 

@@ -10,17 +10,19 @@ from typing import TYPE_CHECKING
 
 from ... import native
 from ...atomic_files import write_json
-from ...fit_run.answer import hold_out
-from ...fit_run.answer.fitted_scene import RESULT, at_result
-from ...fit_run.answer.results import SHEET
-from ...fit_run.captures.prepared import read_captures
-from ...fit_run.captures.render import as_reported
-from ...fit_run.request import read_run
-from ...fit_run.settings import with_overrides
+from ...capture.prepared import read_captures
+from ...capture.request import CaptureRequest, with_ids
+from ...fit.capture_render import as_reported
+from ...fit.checkpoint import RESULT
+from ...fit.request import read_run
+from ...fit.settings import with_overrides
+from ...fit.unknowns import fitted_owners
 from ...json_text import read_json
 from ...paths import absolute
 from ...problems import BadInput, Problem, listed
-from ...scene_read.capture_request import CaptureRequest, with_ids
+from ...report import hold_out
+from ...report.fitted_scene import at_result
+from ...report.results import SHEET
 from .. import arguments
 from ..capture_arguments import captures_from
 from ..scene import native_scene, open_scene
@@ -52,9 +54,9 @@ def run(args: argparse.Namespace) -> JsonObject:
     fitted = with_ids(request.captures, cameras)
     asked = with_ids(captures_from(args, _hold_out(fitted), values, problems), cameras)
 
-    from ...scene_read.photos import packed_photos
+    from ...capture.scene_captures import packed_photos
 
-    owners = {item.owner for item in request.unknowns}
+    owners = fitted_owners(values, request.unknowns)
     captures = read_captures(
         values, asked, settings.height, problems, values.warnings, packed_photos(), owners
     )

@@ -9,12 +9,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...fit_run.answer.fitted_scene import RESULT, at_result, field_files
-from ...fit_run.field_kinds import KINDS
-from ...fit_run.request import UnknownRequest
+from ...fit.checkpoint import RESULT
+from ...fit.field_kinds import KINDS
+from ...fit.request import UnknownRequest
 from ...parameters import split_name
 from ...paths import absolute, is_folder
 from ...problems import BadInput, Problem
+from ...report.fitted_scene import at_result, field_files
 from ...scene_read.values import SceneValues
 from ..terminal import say
 
@@ -41,9 +42,8 @@ def begin_at(scene: BpyStruct, values: SceneValues, folder: Path) -> SceneValues
     images, grids, the world's image. Returns the scene as it is now. Raises BadInput."""
     from ... import write_back
     from ...scene_read.scene import read_scene
-    from ...write_back import environments
+    from ...write_back import environments, surfaces
     from ...write_back import grids as grid_objects
-    from ...write_back import images as image_nodes
 
     found, constants = at_result(values, folder)
     files = field_files(folder)
@@ -52,8 +52,8 @@ def begin_at(scene: BpyStruct, values: SceneValues, folder: Path) -> SceneValues
     with_grids = set()
     for name, file in files.items():
         owner, parameter = split_name(name)
-        if KINDS[parameter].is_image:
-            shows.append(partial(image_nodes.show, values, owner, str(file)))
+        if KINDS[parameter].is_surface:
+            shows.append(partial(surfaces.show, values, name, str(file)))
         elif KINDS[parameter].is_environment:
             shows.append(partial(environments.show, scene, values, str(file)))
         else:

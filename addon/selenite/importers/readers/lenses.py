@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields
 
-from ...scene_read.capture_request import LensDistortion
+from ...scene_read.lens import LensDistortion
 from ..reconstruction import Intrinsics
 from . import numbers
 from .files import Place

@@ -8,18 +8,18 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import bpy
 
-from ...fit_run.captures.prepared import read_captures
-from ...fit_run.darkness import DARK, problems_of_darkness
-from ...fit_run.photos import pairing
-from ...fit_run.photos.files import header
-from ...fit_run.photos.window import ASPECT, window_of
-from ...fit_run.plan import build_scene
-from ...information.job import BackgroundJob, Step
+from ...advice.information.job import BackgroundJob, Step
+from ...capture import pairing
+from ...capture.photo_files import header
+from ...capture.prepared import read_captures
+from ...capture.request import CaptureRequest, with_ids
+from ...capture.scene_captures import captures_of, ids_of, packed_photos
+from ...capture.window import ASPECT, window_of
+from ...fit.diagnosis.darkness import DARK, problems_of_darkness
+from ...fit.plan import build_scene
 from ...problems import BadInput, Problem
 from ...scene_read.camera import named_cameras
-from ...scene_read.capture_request import CaptureRequest, with_ids
 from ...scene_read.hosts import BpyStruct
-from ...scene_read.photos import captures_of, ids_of, packed_photos
 from ...scene_read.values import SceneValues
 from ..state import PAIRING, PROBLEMS, RUN
 from ..texts import announce

@@ -5,7 +5,7 @@ names must not change."""
 import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty
 
-from ...scene_read.capture_request import FRAMES
+from ...capture.request import FRAMES
 from ..texts import field
 
 LIGHT_ITEMS = (

@@ -10,10 +10,10 @@ from pathlib import Path, PurePath
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
 
+from ...capture.request import CaptureRequest
+from ...capture.scene_captures import ids_of, pair_by_name
 from ...native import NativeUnavailable
 from ...scene_read.camera import named_cameras
-from ...scene_read.capture_request import CaptureRequest
-from ...scene_read.photos import ids_of, pair_by_name
 from ...scene_read.scene import read_scene
 from ..operators.filling import fill, tick_usual_of_first
 from ..state import is_idle

@@ -13,8 +13,8 @@ from bpy.props import (
     StringProperty,
 )
 
-from ...fit_run.photos.background import TOLERANCE
-from ...scene_read.capture_request import MOST_ERODED
+from ...capture.background import TOLERANCE
+from ...capture.request import MOST_ERODED
 from ..pictures import mask
 from ..texts import field
 

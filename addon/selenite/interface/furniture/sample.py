@@ -12,8 +12,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ...advice.information.job import BackgroundJob, Step
 from ...demo import NAME, scenes
-from ...information.job import BackgroundJob, Step
 from ..state import SAMPLE, is_idle
 from ..texts import announce
 from ..ticking import CancelsWork, redraw, show_status

@@ -116,6 +116,7 @@ def _put(scene: bpy.types.Scene, values: dict[Key, Values]) -> dict[Key, Values]
     owners = {
         row.owner: Owner(row.owner, row.kind, row.datablock, row.library, {}, {})
         for row in scene.selenite.results
+        if row.kind != "object"
     }
     for owner in owners.values():
         names = {name for of, name in values if of == owner.name}

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import bpy
 
+from ...capture.scene_captures import captures_of
 from ...cycles_check.job import CheckJob, lines, verdict
 from ...cycles_check.render_settings import contents_of, set_for_fit
-from ...fit_run.answer.results import new_folder, write_results
-from ...fit_run.captures.render import as_found
-from ...fit_run.request import RunRequest
+from ...fit.capture_render import as_found
+from ...fit.request import RunRequest
 from ...problems import BadInput, Problem
+from ...report.results import new_folder, write_results
 from ...scene_read.blender_process import ProcessFailed
 from ...scene_read.options import options_of
-from ...scene_read.photos import captures_of
 from ...write_back import grids as grid_objects
 from ..output_folder import output_folder
 from ..pictures.operators import show_content
@@ -88,13 +88,13 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
         CHECK.contents[scene.name] = contents_of(scene)
         try:
             grids = {} if applied else field_rows.fitted_grids(scene)
-            images = {} if applied else field_rows.fitted_images(scene)
+            surfaces = {} if applied else field_rows.fitted_surfaces(scene)
             if grids and (missing := grid_objects.why_not()):
                 cause, _, cure = missing.partition(": ")
                 raise BadInput(Problem("Check in Cycles", f"{cause} and cannot show grids", cure))
             taken = [as_found(item, RUN.result) for item in RUN.plan.captures] if known else []
             environment = "" if applied else environment_rows.fitted(scene)
-            job = CheckJob(scene, request, values, grids, images, taken, environment)
+            job = CheckJob(scene, request, values, grids, surfaces, taken, environment)
         except (BadInput, OSError) as error:
             _report(self, error)
             return False

@@ -6,19 +6,20 @@ from __future__ import annotations
 import bpy
 
 from ... import native
+from ...advice.information.job import BackgroundJob
 from ...cycles_check.render_settings import contents_of
-from ...fit_run.unknowns import USUAL
-from ...information.job import BackgroundJob
+from ...fit.unknowns import USUAL
 from ...problems import Problem
 from ...scene_read.scene import read_scene
 from ...scene_read.values import SceneValues
 from ..request import refresh_rows
+from ..rows.owners import owns
 from ..running.work import Survey
 from ..state import CHECK, RUN, remember_shapes
 from ..ticking import redraw
 
 _POLL = 0.1  # seconds
-_USUAL = {"material": USUAL, "light": ("power",), "world": ("strength",)}
+_USUAL = {"material": USUAL, "object": (), "light": ("power",), "world": ("strength",)}
 
 
 def list_parameters(scene: bpy.types.Scene) -> list[Problem]:
@@ -59,17 +60,15 @@ def _survey_soon(scene_name: str, values: SceneValues) -> None:
 def tick_usual_of_first(settings: bpy.types.PropertyGroup) -> None:
     """The usual ticks of the active group, in a list that is new."""
     if len(settings.owners):
-        tick_usual(settings, settings.owners[settings.active_owner].name)
+        tick_usual(settings, settings.owners[settings.active_owner])
 
 
-def tick_usual(settings: bpy.types.PropertyGroup, owner: str) -> int:
+def tick_usual(settings: bpy.types.PropertyGroup, owner: bpy.types.PropertyGroup) -> int:
     """Ticks what is usually unknown of an owner and not locked; returns how many."""
     found = [
         row
         for row in settings.rows
-        if row.owner == owner
-        and (row.usual or row.parameter in _USUAL[row.kind])
-        and not row.reason
+        if owns(owner, row) and (row.usual or row.parameter in _USUAL[row.kind]) and not row.reason
     ]
     for row in found:
         row.enabled = True

@@ -8,21 +8,21 @@ from pathlib import Path
 import bpy
 from bpy.props import StringProperty
 
+from ...advice.information.conditioning import StageChoice
+from ...advice.information.job import BackgroundJob
+from ...capture.scene_captures import packed_photos
 from ...cycles_check.render_settings import contents_of
-from ...fit_run.answer.results import new_folder
-from ...fit_run.checkpoint import SUFFIX, Unfinished, load
-from ...fit_run.inputs import Inputs
-from ...fit_run.job import FitFailed, FitJob
-from ...fit_run.overall import Overall
-from ...fit_run.plan import prepare
-from ...fit_run.request import RunRequest
-from ...fit_run.staging.request import AUTO
-from ...information.conditioning import StageChoice
-from ...information.job import BackgroundJob
+from ...fit.checkpoint import SUFFIX, Unfinished, load
+from ...fit.inputs import Inputs
+from ...fit.job import FitFailed, FitJob
+from ...fit.overall import Overall
+from ...fit.plan import prepare
+from ...fit.request import RunRequest
+from ...fit.staging.request import AUTO
 from ...problems import BadInput
+from ...report.results import new_folder
 from ...scene_read.geometry.bodies import judge_bodies
 from ...scene_read.lamps.frames import reading_frames
-from ...scene_read.photos import packed_photos
 from ...scene_read.reading.job import ReadingJob
 from ...scene_read.reading.render_depsgraph import Reading, Stopped, at_once
 from ...scene_read.scene import reading

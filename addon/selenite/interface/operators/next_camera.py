@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import bpy
 
-from ...fit_run.captures.prepared import Capture
-from ...fit_run.captures.render import as_found, like
-from ...fit_run.request import RunRequest, UnknownRequest
-from ...next_camera import report
-from ...next_camera.suggestion import Suggestion, suggestion_of
+from ...advice.next_camera import report
+from ...advice.next_camera.suggestion import Suggestion, suggestion_of
+from ...capture.prepared import Capture
+from ...capture.scene_captures import packed_photos
+from ...fit.capture_render import as_found, like
+from ...fit.request import RunRequest, UnknownRequest
 from ...parameters import Values
 from ...scene_read.camera import named_cameras
 from ...scene_read.geometry.bodies import judge_bodies
-from ...scene_read.photos import packed_photos
 from ...scene_read.reading.render_depsgraph import Reading
 from ...scene_read.scene import reading
 from ...scene_read.values import SceneValues

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import bpy
 
-from ...information.world_rotation import RotationSearch, said
+from ...advice.information.world_rotation import RotationSearch, said
+from ...capture.scene_captures import captures_of, packed_photos
 from ...problems import BadInput
-from ...scene_read.photos import captures_of, packed_photos
 from ...scene_read.reading.render_depsgraph import Reading
 from ...scene_read.scene import reading
 from ...write_back import environments

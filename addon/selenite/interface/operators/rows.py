@@ -10,7 +10,7 @@ from ...scene_read.scene import read_scene, reading
 from ...scene_read.values import SceneValues
 from .. import request
 from ..captures.examining import examine
-from ..rows.owners import active_owner
+from ..rows.owners import active_owner, owns
 from ..texts import announce
 from ..ticking import ReadsScene, built
 from .filling import fill, tick_usual, tick_usual_of_first
@@ -99,7 +99,7 @@ class SELENITE_OT_tick_usual(_Ticks):
         """Of the active owner; the ticks of others stay."""
         settings = context.scene.selenite
         owner = active_owner(settings)
-        if owner is None or not tick_usual(settings, owner.name):
+        if owner is None or not tick_usual(settings, owner):
             announce(
                 self, {"WARNING"}, "All of them are locked; Show Locked and the tooltips say why"
             )
@@ -119,7 +119,7 @@ class SELENITE_OT_untick(_Ticks):
         settings = context.scene.selenite
         owner = active_owner(settings)
         for row in settings.rows:
-            if owner is not None and row.owner == owner.name:
+            if owner is not None and owns(owner, row):
                 row.enabled = False
         return {"FINISHED"}
 

@@ -8,7 +8,7 @@ import time
 import bpy
 from bpy.props import StringProperty
 
-from ...fit_run.job import FitFailed, FitJob
+from ...fit.job import FitFailed, FitJob
 from ...scene_read.reading.render_depsgraph import Reading
 from ..output_folder import output_folder
 from ..running.work import Saving

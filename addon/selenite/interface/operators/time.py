@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import bpy
 
+from ...advice.trade.expected import Estimate
+from ...advice.trade.measure import Trade
+from ...advice.trade.start import estimate_of
+from ...capture.scene_captures import packed_photos
 from ...scene_read.geometry.bodies import judge_bodies
-from ...scene_read.photos import packed_photos
 from ...scene_read.reading.render_depsgraph import Reading
 from ...scene_read.scene import reading
-from ...trade.expected import Estimate
-from ...trade.measure import Trade
-from ...trade.start import estimate_of
 from ..output_folder import output_folder
 from ..progress.background import draw_work
 from ..request import run_request

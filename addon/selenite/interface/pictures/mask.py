@@ -8,12 +8,12 @@ from collections.abc import Iterator, Mapping
 import bpy
 import numpy as np
 
-from ...fit_run.captures.prepared import read_captures
-from ...fit_run.pictures.comparison import marked
-from ...information.job import Step
+from ...advice.information.job import Step
+from ...capture.prepared import read_captures
+from ...capture.request import CaptureRequest
+from ...capture.scene_captures import capture_of_row, packed_photos
 from ...problems import BadInput, Problem
-from ...scene_read.capture_request import CaptureRequest
-from ...scene_read.photos import capture_of_row, packed_photos
+from ...report.pictures.comparison import marked
 from ...scene_read.reading.render_depsgraph import Reading
 from ...scene_read.scene import reading
 from ...scene_read.values import SceneValues

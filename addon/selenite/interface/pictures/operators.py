@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from ...fit_run.pictures.comparison import DIFFERENCE
+from ...report.pictures.comparison import DIFFERENCE
 from ..furniture.preferences import preferences
 from ..state import RUN
 from ..texts import announce

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ...fit_run.pictures.comparison import BEFORE_AFTER, DIFFERENCE, PHOTO, WIPE
+from ...report.pictures.comparison import BEFORE_AFTER, DIFFERENCE, PHOTO, WIPE
 from ..state import CHECK, RUN
 from .properties import settings
 from .view import VIEW

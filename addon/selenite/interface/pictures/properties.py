@@ -9,14 +9,7 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty, FloatProperty
 
-from ...fit_run.pictures.comparison import (
-    BEFORE_AFTER,
-    DIFFERENCE,
-    ERROR_SCALE,
-    PHOTO,
-    RENDER,
-    WIPE,
-)
+from ...report.pictures.comparison import BEFORE_AFTER, DIFFERENCE, ERROR_SCALE, PHOTO, RENDER, WIPE
 
 CONTENT_ITEMS = (
     ("COMPARISON", "Active Photo", "The active photo beside its render", 0),

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ... import native
-from ...fit_run.pictures.moments import Moment, Moments
-from ...information.job import BackgroundJob, Step
+from ...advice.information.job import BackgroundJob, Step
+from ...report.pictures.moments import Moment, Moments
 
 
 class RenderMoment:

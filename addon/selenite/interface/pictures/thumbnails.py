@@ -9,8 +9,8 @@ import bpy
 import bpy.utils.previews
 import numpy as np
 
-from ...fit_run.pictures.canvas import encoded, resized
-from ...fit_run.pictures.comparison import ERROR_SCALE, difference, error_picture, marked
+from ...report.pictures.canvas import encoded, resized
+from ...report.pictures.comparison import ERROR_SCALE, difference, error_picture, marked
 from ..texts import region_width, translated
 
 #: Titles, in the order of the line.

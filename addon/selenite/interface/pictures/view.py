@@ -14,10 +14,11 @@ import bpy
 import numpy as np
 
 from ... import native
-from ...fit_run.job import DESCENT, FitFailed, Progress
-from ...fit_run.pictures import plots, sheet
-from ...fit_run.pictures.canvas import encoded
-from ...fit_run.pictures.comparison import (
+from ...capture.scene_captures import ids_of
+from ...fit.job import DESCENT, FitFailed, Progress
+from ...report.pictures import plots, sheet
+from ...report.pictures.canvas import encoded
+from ...report.pictures.comparison import (
     BEFORE_AFTER,
     ERROR_SCALE,
     PHOTO,
@@ -25,8 +26,7 @@ from ...fit_run.pictures.comparison import (
     Pictures,
     compared,
 )
-from ...fit_run.pictures.moments import RESULT, START, Moment, Moments
-from ...scene_read.photos import ids_of
+from ...report.pictures.moments import RESULT, START, Moment, Moments
 from ..chosen import chosen
 from ..state import CHECK, RUN
 from ..texts import translated

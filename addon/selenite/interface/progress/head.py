@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import bpy
 
-from ...fit_run.darkness import DARK
-from ...fit_run.photos.pairing import KIND as PAIRING
-from ...fit_run.photos.window import ASPECT
+from ...capture.pairing import KIND as PAIRING
+from ...capture.window import ASPECT
+from ...fit.diagnosis.darkness import DARK
 from ...scene_read.geometry.bodies import OPEN_BODY
 from .. import state
 from ..problem_reports import thing_of

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import bpy
 
-from ...fit_run.answer import table
+from ...report import table
 from ..rows.fields import is_field
 from ..rows.labels import label_of, unit_text, with_labels
 from ..rows.owners import ICONS as OWNERS
@@ -38,11 +38,11 @@ def draw_values(
     layout: bpy.types.UILayout, context: bpy.types.Context, settings: bpy.types.PropertyGroup
 ) -> None:
     """A line for each value, with its interval as a bar between the bounds of the fit."""
-    owner = None
+    owner = ("", "")
     for row in settings.results:
-        if row.owner != owner:
-            owner = row.owner
-            layout.label(text=owner, icon=OWNERS[row.kind], translate=False)
+        if (row.kind, row.owner) != owner:
+            owner = row.kind, row.owner
+            layout.label(text=row.owner, icon=OWNERS[row.kind], translate=False)
         if is_field(row):
             for line in (label_of(row), *row.text.splitlines()):
                 paragraph(layout, context, line)

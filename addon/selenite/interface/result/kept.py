@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import bpy
 
-from ...fit_run import trust
-from ...fit_run.answer import table
-from ...fit_run.answer.findings import Finding, findings, in_short
-from ...fit_run.job import fitted_values
+from ...fit import trust
+from ...fit.job import fitted_values
+from ...report import table
+from ...report.findings import Finding, findings, in_short
 from ..rows import fields as field_rows
 from ..state import RUN
 
@@ -44,9 +44,11 @@ def keep_fields(scene: bpy.types.Scene) -> None:
     if not RUN.plan.fields or RUN.folder is None:
         return
     for field in RUN.plan.fields:
-        owner, row = RUN.owners[field.owner], scene.selenite.results.add()
-        row.owner, row.kind = owner.name, owner.kind
-        row.datablock, row.library = owner.datablock, owner.library
+        row = scene.selenite.results.add()
+        row.owner, row.kind = field.owner, field.kind.of
+        owner = RUN.owners.get(field.owner) if row.kind != "object" else None
+        if owner is not None:
+            row.datablock, row.library = owner.datablock, owner.library
         field_rows.keep(row, field, RUN.result, RUN.folder)
 
 

@@ -13,7 +13,7 @@ from bpy.props import (
 
 from ..rows.properties import KIND_ITEMS
 
-#: The names are those of fit_run.answer.findings.
+#: The names are those of report.findings.
 SURENESS_ITEMS = (
     ("UNKNOWN", "Interval Not Known", "How sure the value is was not computed", 0),
     ("SURE", "Determined", "The photos determine it well", 1),

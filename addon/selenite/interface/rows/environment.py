@@ -7,16 +7,16 @@ import bpy
 from bpy.props import EnumProperty, IntProperty
 
 from ...environments import sphere
-from ...fit_run.field_kinds import KINDS
-from ...fit_run.fields.environment import (
+from ...fit.field_kinds import KINDS
+from ...fit.fields.environment import (
     LEAST_SIZE,
     MOST_SIZE,
     USUAL_SIZE,
     environment_unknown,
     usual_maximum,
 )
-from ...fit_run.request import UnknownRequest
-from ...fit_run.settings import FitSettings
+from ...fit.request import UnknownRequest
+from ...fit.settings import FitSettings
 from ...problems import BadInput
 from ...scene_read.values import Owner, SceneValues
 from .starts import chosen_file

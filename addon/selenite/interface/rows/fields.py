@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rows and results of the panel that are fields, grids or images: where they start, and how they
-reach the scene."""
+"""Rows and results of the panel that are fields, grids, images or colours of meshes: where they
+start, and how they reach the scene."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from ... import grid_files, write_back
-from ...fit_run.answer.results import field_text
-from ...fit_run.field_kinds import KINDS
-from ...fit_run.fields import FieldUnknown, GridUnknown
-from ...fit_run.fields.grids import DENSITY_RANGE, USUAL_SIZE
-from ...fit_run.fields.images import USUAL_TEXELS, image_unknown, seen
-from ...fit_run.request import UnknownRequest
-from ...fit_run.settings import FitSettings
+from ... import grid_files, parameters, write_back
+from ...fit.field_kinds import KINDS, VERTEX_COLORS, FieldKind
+from ...fit.fields import FieldUnknown, GridUnknown
+from ...fit.fields.grids import DENSITY_RANGE, USUAL_SIZE
+from ...fit.fields.images import USUAL_TEXELS, image_unknown
+from ...fit.fields.seen import seen
+from ...fit.fields.vertex_colors import vertex_colors_unknown
+from ...fit.request import UnknownRequest
+from ...fit.settings import FitSettings
 from ...problems import BadInput, Problem
+from ...report.results import field_text
 from ...scene_read.shading import volumes
 from ...scene_read.values import GridValues, MaterialValues, Owner, SceneValues
-from ...write_back import environments
+from ...write_back import environments, surfaces
 from ...write_back import grids as grid_objects
-from ...write_back import images as image_nodes
 from . import environment as environment_rows
 from .starts import chosen_file
 
@@ -49,31 +50,59 @@ def is_image(row: bpy.types.PropertyGroup) -> bool:
     return is_field(row) and KINDS[row.parameter].is_image
 
 
+def is_mesh(row: bpy.types.PropertyGroup) -> bool:
+    """Whether a row or a result belongs to the mesh of an object."""
+    return is_field(row) and KINDS[row.parameter].is_mesh
+
+
+def is_surface(row: bpy.types.PropertyGroup) -> bool:
+    """Whether a row or a result is an image or belongs to a mesh."""
+    return is_field(row) and KINDS[row.parameter].is_surface
+
+
 def is_grid(row: bpy.types.PropertyGroup) -> bool:
     """Whether a row or a result is a grid."""
     return is_field(row) and KINDS[row.parameter].is_grid
 
 
 def offered(values: SceneValues, owner: Owner) -> list[str]:
-    """The fields that are listed for an owner: grids where it has a medium, an image where its
-    surface has a base colour that is one or a constant, one around the scene for the world."""
+    """The fields that are listed for an owner: grids where it has a medium; the image of a base
+    colour that is one or a constant, and of any other parameter that is one; colours where its
+    materials show those of its mesh; one around the scene for the world."""
     if owner.kind == "world":
         return [environment_rows.NAME]
+    if owner.kind == "object":
+        return [VERTEX_COLORS] if _shows_colors(values, owner.name) else []
     material = _material(values, owner)
     if material is None:
         return []
-    own = material.maps.get("base_color")
     block = write_back.datablock(bpy.data.materials, owner)
     # Without nodes there is a colour, but no place for an image.
     has_nodes = block is not None and block.use_nodes
-    is_constant = own is None and "base_color" in owner.values
-    has_colour = has_nodes and (is_constant or (own is not None and own.texture is not None))
     has_medium = any(owner.values.get("extinction", ()))
+
+    def has_image(kind: FieldKind) -> bool:
+        own = material.maps.get(kind.use)
+        if own is None:
+            return kind.use == "base_color" and kind.use in owner.values
+        return own.texture is not None
+
     return [
         kind.parameter
         for kind in KINDS.values()
-        if (kind.is_image and has_colour) or (kind.is_grid and has_medium)
+        if (kind.is_image and has_nodes and has_image(kind)) or (kind.is_grid and has_medium)
     ]
+
+
+def _shows_colors(values: SceneValues, name: str) -> bool:
+    """Whether a material of an object shows a colour attribute."""
+    used = {one for item in values.objects if item.name == name for one in item.materials}
+    return any(
+        found.texture is None
+        for item in values.materials
+        if item.name in used
+        for found in item.maps.values()
+    )
 
 
 def own_values(values: SceneValues, owner: Owner, parameter: str) -> np.ndarray | None:
@@ -96,9 +125,11 @@ def describe(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner) ->
     kind, own = KINDS[row.parameter], own_values(values, owner, row.parameter)
     row.width, row.unit, row.help = kind.channels, "1", kind.help
     row.value = f"no {'image' if kind.is_image else 'grid'}"
+    if kind.is_mesh:
+        row.value = ""
     if own is not None:
         row.value = " x ".join(map(str, own.shape[-2::-1]))
-    row.reason = _why_not(values, owner, row.parameter) if kind.is_image else ""
+    row.reason = _why_not(values, owner, row.parameter) if kind.is_surface else ""
 
 
 def reset(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner | None) -> None:
@@ -108,12 +139,12 @@ def reset(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner | None
         environment_rows.reset(row, values)
         return
     own = own_values(values, owner, row.parameter) if owner is not None else None
-    colour = owner.values.get("base_color") if owner is not None else None
+    colour = owner.values.get(KINDS[row.parameter].single) if owner is not None else None
     row.grid_from = "new" if own is None else "scene"
     row.voxels, row.texels, row.unseen = USUAL_SIZE, USUAL_TEXELS, "auto"
     row.minimum, row.maximum, row.start = 0.0, 1.0, (0.8, 0.8, 0.8)
     if is_image(row) and colour is not None:
-        row.start = colour
+        row.start = (colour * 3)[:3]
     if KINDS[row.parameter].use == "density":
         largest = float(own.max()) if own is not None else 0.0
         row.maximum, row.start = DENSITY_RANGE * (largest or 1.0), (1.0, 1.0, 1.0)
@@ -123,6 +154,8 @@ def shown(row: bpy.types.PropertyGroup) -> list[str]:
     """The properties of a row that count now."""
     if environment_rows.is_environment(row):
         return environment_rows.shown(row)
+    if is_mesh(row):
+        return ["unseen"]
     size = "texels" if is_image(row) else "voxels"
     place = {"new": [size], "file": ["grid_path"], "scene": []}[row.grid_from]
     return ["grid_from", *place, *(["unseen"] if is_image(row) else [])]
@@ -134,12 +167,14 @@ def requested(
     """What of the row's request is about a field. Raises BadInput."""
     if environment_rows.is_environment(row):
         return environment_rows.requested(row, values, title)
+    unseen = row.unseen if is_surface(row) and row.unseen != "auto" else ""
+    if is_mesh(row):
+        return {"unseen": unseen}
     words = ("image", "picture") if is_image(row) else ("grid", ".npy or .vol file")
     has_own = own_values(values, owner, row.parameter) is not None
     start = chosen_file(row, words, title, has_own=has_own)
     if row.grid_from == "new":
         start = str(row.texels if is_image(row) else row.voxels)
-    unseen = row.unseen if is_image(row) and row.unseen != "auto" else ""
     return {"grid": start, "unseen": unseen}
 
 
@@ -172,9 +207,13 @@ def fitted_grids(scene: bpy.types.Scene) -> dict[str, dict[str, GridValues]]:
     return found
 
 
-def fitted_images(scene: bpy.types.Scene) -> dict[str, str]:
-    """The image files of the scene's results, by material."""
-    return {row.owner: row.grid_file for row in scene.selenite.results if is_image(row)}
+def fitted_surfaces(scene: bpy.types.Scene) -> dict[str, str]:
+    """The files of images and colours of meshes of the scene's results, by their names."""
+    return {
+        parameters.join_name(row.owner, row.parameter): row.grid_file
+        for row in scene.selenite.results
+        if is_surface(row)
+    }
 
 
 def replaced(scene: bpy.types.Scene) -> set[tuple[str, str]]:
@@ -185,19 +224,20 @@ def replaced(scene: bpy.types.Scene) -> set[tuple[str, str]]:
         for row in scene.selenite.results
         if is_field(row)
         for name in (volumes.PARAMETERS if is_grid(row) else (KINDS[row.parameter].single,))
+        if name
     }
 
 
 def apply(scene: bpy.types.Scene, values: SceneValues, *, with_grids: bool) -> list[str]:
-    """Shows the fitted grids by Volume objects, then the fitted images by image nodes, that of the
-    world last; returns what was done. All or none: raises BadInput.
+    """Shows the fitted grids by Volume objects, then the fitted images by image nodes and colours
+    in meshes, the world's image last; returns what was done. All or none: raises BadInput.
 
     values: owners and meshes of the scene; values of materials do not count.
     """
     lines: list[str] = []
     undo: list[Callable[[], None]] = []
     grids = fitted_grids(scene) if with_grids else {}
-    images, world = fitted_images(scene), environment_rows.fitted(scene)
+    on_surfaces, world = fitted_surfaces(scene), environment_rows.fitted(scene)
     files = {row.owner: row.grid_file for row in scene.selenite.results if is_grid(row)}
     try:
         for name, uses in grids.items():
@@ -207,9 +247,9 @@ def apply(scene: bpy.types.Scene, values: SceneValues, *, with_grids: bool) -> l
             folder = Path(files[name]).parent
             lines.append(grid_objects.show(scene, values, name, uses, folder))
             undo.append(partial(grid_objects.restore, scene, name))
-        for name, path in images.items():
-            lines.append(image_nodes.show(values, name, path))
-            undo.append(partial(image_nodes.restore, name))
+        for name, path in on_surfaces.items():
+            lines.append(surfaces.show(values, name, path))
+            undo.append(partial(surfaces.restore, name))
         if world:
             lines.append(environments.show(scene, values, world))
     except BadInput:
@@ -220,11 +260,11 @@ def apply(scene: bpy.types.Scene, values: SceneValues, *, with_grids: bool) -> l
 
 
 def restore(scene: bpy.types.Scene) -> None:
-    """The world, the base colours and then the media as they were before `apply`."""
+    """The world, the surfaces and then the media as they were before `apply`."""
     if environment_rows.fitted(scene):
         environments.restore(scene)
-    for name in fitted_images(scene):
-        image_nodes.restore(name)
+    for name in fitted_surfaces(scene):
+        surfaces.restore(name)
     for name in dict.fromkeys(row.owner for row in scene.selenite.results if is_grid(row)):
         grid_objects.restore(scene, name)
 
@@ -236,11 +276,16 @@ def _material(values: SceneValues, owner: Owner) -> MaterialValues | None:
 
 
 def _why_not(values: SceneValues, owner: Owner, parameter: str) -> str:
-    """Why no image can be fitted here, "" if one can: what the fit says of an image of one texel,
-    whatever the row starts from."""
-    request = UnknownRequest(owner.name, parameter, grid="1")
+    """Why no image or colours can be fitted here, "" if they can: what the fit says of an image of
+    one texel, whatever the row starts from."""
     try:
-        image_unknown(values, request, FitSettings(), "")
+        if KINDS[parameter].is_mesh:
+            request = UnknownRequest(owner.name, parameter)
+            vertex_colors_unknown(values, request, FitSettings(), "")
+        else:
+            image_unknown(
+                values, UnknownRequest(owner.name, parameter, grid="1"), FitSettings(), ""
+            )
     except BadInput as error:
         return "; ".join(f"{item.cause}: {item.cure}" for item in error.problems)
     return ""

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ... import parameters
-from ...fit_run.field_kinds import KINDS
+from ...fit.field_kinds import KINDS
 from ...parameters import Parameter
 from ...scene_read import hosts
 from ..texts import shown, translated
@@ -20,8 +20,11 @@ def label_of(row: bpy.types.PropertyGroup) -> str:
         kind = KINDS[row.parameter]
         if row.kind == "world":
             return f"{translated('World')}: {translated('Image')}"
+        if kind.is_mesh:
+            return translated("Vertex Colors")
         if kind.is_image:
-            return f"{translated('Base Color')}: {translated('Image')}"
+            input_of = socket_name(parameters.table()["material", kind.use])
+            return f"{translated(input_of)}: {translated('Image')}"
         return f"{translated(kind.use.title())}: {translated('Grid')}"
     parameter = parameters.table().get((row.kind, row.parameter))
     return (

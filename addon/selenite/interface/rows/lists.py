@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..texts import abbreviated, region_width, text_width
-from .owners import ICONS, active_owner
+from .owners import ICONS, active_owner, owns
 
 #: In pixels at a scale of the interface of 1: what the list and the tick take of the region, what a
 #: label keeps for itself, a lock, a swatch, and what is left before a value.
@@ -15,7 +15,7 @@ _NAME = 0.7  # of a row, at most
 
 
 class SELENITE_UL_owners(bpy.types.UIList):
-    """Materials, lamps and the world"""
+    """Materials, objects, lamps and the world"""
 
     def draw_item(
         self,
@@ -28,7 +28,7 @@ class SELENITE_UL_owners(bpy.types.UIList):
         _active_property: str,
     ) -> None:
         """Name, and how many of its parameters are ticked."""
-        rows = [row for row in context.scene.selenite.rows if row.owner == item.name]
+        rows = [row for row in context.scene.selenite.rows if owns(item, row)]
         ticked = sum(row.enabled for row in rows)
         free = sum(not row.reason for row in rows)
         parts = layout.split(factor=0.75)
@@ -54,7 +54,7 @@ class SELENITE_UL_rows(bpy.types.UIList):
         row.enabled = not item.reason
         row.prop(item, "enabled", text="")
         owner = active_owner(context.scene.selenite)
-        found = owner is not None and owner.name != item.owner  # by a search
+        found = owner is not None and not owns(owner, item)  # by a search
         behind = f", {item.owner}" if found else ""
         icon = "LOCKED" if item.reason else "NONE"
         width = region_width(context) - _TAKEN
@@ -107,7 +107,7 @@ def shown(
         if words:
             text = f"{row.label} {row.owner} {row.parameter}".casefold()
             return all(word in text for word in words)
-        return owner is None or row.owner == owner.name
+        return owner is None or owns(owner, row)
 
     return [flag if passes(row) else 0 for row in items]
 

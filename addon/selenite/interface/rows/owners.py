@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The groups of the list: materials, those of the active object first, then lamps and the world."""
+"""The groups of the list: materials, those of the active object first, then objects whose mesh has
+something to be fitted, lamps and the world."""
 
 from __future__ import annotations
 
@@ -11,8 +12,8 @@ from ...scene_read.values import Owner
 from ..chosen import chosen
 from ..texts import translated
 
-ICONS = {"material": "MATERIAL", "light": "LIGHT", "world": "WORLD"}
-_ORDER = ("material", "light", "world")
+ICONS = {"material": "MATERIAL", "object": "MESH_DATA", "light": "LIGHT", "world": "WORLD"}
+_ORDER = tuple(ICONS)
 
 
 def refresh_owners(scene: bpy.types.Scene, owners: Iterable[Owner]) -> None:
@@ -20,9 +21,9 @@ def refresh_owners(scene: bpy.types.Scene, owners: Iterable[Owner]) -> None:
     the active object."""
     settings = scene.selenite
     before = active_owner(settings)
-    kept = before.name if before is not None else ""
+    kept = (before.kind, before.name) if before is not None else ("", "")
     first = [item.name for item in _of_active_object()]
-    blocks = {row.owner: row.material for row in settings.rows}
+    blocks = {row.owner: row.material for row in settings.rows if row.kind == "material"}
 
     def rank(owner: Owner) -> tuple[int, int, str]:
         block = blocks.get(owner.name)
@@ -33,10 +34,16 @@ def refresh_owners(scene: bpy.types.Scene, owners: Iterable[Owner]) -> None:
     settings.owners.clear()
     for owner in sorted(owners, key=rank):
         item = settings.owners.add()
-        item.name, item.kind, item.material = owner.name, owner.kind, blocks.get(owner.name)
+        item.name, item.kind = owner.name, owner.kind
+        item.material = blocks.get(owner.name) if owner.kind == "material" else None
         item.tip = f"{translated(owner.kind.title())} '{owner.name}'"
-    names = [item.name for item in settings.owners]
+    names = [(item.kind, item.name) for item in settings.owners]
     settings.active_owner = names.index(kept) if kept in names else 0
+
+
+def owns(owner: bpy.types.PropertyGroup, row: bpy.types.PropertyGroup) -> bool:
+    """Whether a row is of this group; an object may be called as its material is."""
+    return (owner.kind, owner.name) == (row.kind, row.owner)
 
 
 def active_owner(settings: bpy.types.PropertyGroup) -> bpy.types.PropertyGroup | None:

@@ -12,13 +12,13 @@ from bpy.props import (
     StringProperty,
 )
 
-from ...fit_run.fields.grids import MOST_BY_NUMBER, USUAL_SIZE
-from ...fit_run.fields.images import MOST_TEXELS, USUAL_TEXELS
+from ...fit.fields.grids import MOST_BY_NUMBER, USUAL_SIZE
+from ...fit.fields.images import MOST_TEXELS, USUAL_TEXELS
 from . import environment as environment_rows
 
 GRID_ITEMS = (
     ("new", "New", "One value everywhere, in as many voxels or texels as asked for", 0),
-    ("scene", "Scene", "The grid of the Volume object, the image of the base colour", 1),
+    ("scene", "Scene", "The grid of the Volume object, the image of the input", 1),
     ("file", "File", "A grid from a .npy or .vol file, an image from a picture", 2),
 )
 UNSEEN_ITEMS = (
@@ -26,11 +26,15 @@ UNSEEN_ITEMS = (
     ("keep", "As They Were", "At the value that they start from", 1),
     ("fill", "Filled from Around", "Smoothly, from the texels nearby that photos see", 2),
 )
-KIND_ITEMS = (("material", "Material", "", 0), ("light", "Light", "", 1), ("world", "World", "", 2))
+KIND_ITEMS = (
+    ("material", "Material", "", 0), ("light", "Light", "", 1), ("world", "World", "", 2),
+    ("object", "Object", "", 3),
+)  # fmt: skip
 
 
 class SeleniteOwner(bpy.types.PropertyGroup):
-    """A material, a lamp or the world: a group of the list. `name` is that of the owner."""
+    """A material, an object, a lamp or the world: a group of the list. `name` is that of the
+    owner."""
 
     kind: EnumProperty(items=KIND_ITEMS)
     material: PointerProperty(type=bpy.types.Material)
@@ -44,6 +48,7 @@ class SeleniteRow(bpy.types.PropertyGroup):
     kind: EnumProperty(items=KIND_ITEMS)
     material: PointerProperty(type=bpy.types.Material)
     light: PointerProperty(type=bpy.types.Light)
+    object: PointerProperty(type=bpy.types.Object)
     owner: StringProperty(description="Name of the owner as on the command line")
     parameter: StringProperty(description="Name of the parameter as on the command line")
     unit: StringProperty()
@@ -99,7 +104,7 @@ class SeleniteRow(bpy.types.PropertyGroup):
     unseen: EnumProperty(
         name="Unseen",
         items=UNSEEN_ITEMS,
-        description="What becomes of texels that no photo sees",
+        description="What becomes of texels or vertices that no photo sees",
     )
     environment_size: environment_rows.SIZE
     projection: environment_rows.PROJECTION

@@ -7,14 +7,14 @@ import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from ...fit_run.answer.results import new_folder
-from ...fit_run.request import RunRequest
-from ...information.job import Step
+from ...advice.information.job import Step
+from ...advice.trade import report
+from ...advice.trade.measure import Trade
+from ...advice.trade.start import trade_of
+from ...fit.request import RunRequest
+from ...report.results import new_folder
 from ...scene_read.geometry.bodies import judge_bodies
 from ...scene_read.values import SceneValues
-from ...trade import report
-from ...trade.measure import Trade
-from ...trade.start import trade_of
 
 
 class Measuring:

@@ -7,11 +7,11 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 
-from ...fit_run.checkpoint import Recorder
-from ...fit_run.inputs import Inputs
-from ...fit_run.job import FitJob
-from ...fit_run.request import RunRequest
-from ...information.job import Step
+from ...advice.information.job import Step
+from ...fit.checkpoint import Recorder
+from ...fit.inputs import Inputs
+from ...fit.job import FitJob
+from ...fit.request import RunRequest
 
 
 class BackgroundRecorder:

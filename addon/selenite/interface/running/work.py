@@ -8,15 +8,15 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...fit_run.answer.light_pairing import with_warnings
-from ...fit_run.answer.results import finished, write_results
-from ...fit_run.checkpoint import Unfinished
-from ...fit_run.inputs import Inputs, changes, inputs_of
-from ...fit_run.job import FitJob
-from ...fit_run.overall import Overall
-from ...fit_run.plan import FitPlan, prepare
-from ...information.job import Step
+from ...advice.information.job import Step
+from ...fit.checkpoint import Unfinished
+from ...fit.inputs import Inputs, changes, inputs_of
+from ...fit.job import FitJob
+from ...fit.overall import Overall
+from ...fit.plan import FitPlan, prepare
 from ...problems import BadInput
+from ...report.light_pairing import with_warnings
+from ...report.results import finished, write_results
 from ...scene_read.geometry.bodies import judge_bodies
 from ...scene_read.values import SceneValues
 from .recorder import BackgroundRecorder

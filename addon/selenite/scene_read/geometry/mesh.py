@@ -107,7 +107,8 @@ def _triangles(
         read.problems.append(Problem(f"Object '{evaluated.name}'", cause, cure))
     check()
     uv_maps = hosts.corner_uv_maps(mesh, corners)
-    colors = hosts.corner_colors(mesh, corners, vertices)
+    held = hosts.held_colors(mesh, corners, vertices)
+    colors = tuple((name, np.take(values, where, axis=0)) for name, values, where in held)
     check()
     triangles, slots = vertices.reshape(-1, 3), _slots(mesh, evaluated)
     known = {name for name, _ in (*uv_maps, *colors)}
@@ -125,6 +126,7 @@ def _triangles(
         kept = np.repeat(good, 3)
         uv_maps = tuple((name, values[kept]) for name, values in uv_maps)
         colors = tuple((name, values[kept]) for name, values in colors)
+        held = tuple((name, values, where[kept]) for name, values, where in held)
         if not len(triangles):
             return None
     return MeshValues(
@@ -135,7 +137,16 @@ def _triangles(
         material_slots=slots,
         uv_maps=uv_maps,
         colors=colors,
+        held_colors=held if _is_own_mesh(mesh, evaluated) else (),
         other_attributes=others,
+    )
+
+
+def _is_own_mesh(mesh: bpy.types.Mesh, evaluated: bpy.types.Object) -> bool:
+    """Whether its vertices and corners are those of the user's mesh."""
+    own: Any = evaluated.original.data
+    return isinstance(own, bpy.types.Mesh) and (
+        (len(mesh.vertices), len(mesh.loops)) == (len(own.vertices), len(own.loops))
     )
 
 

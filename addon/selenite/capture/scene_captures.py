@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which photo belongs to which camera. The photos themselves are read natively, by path."""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+from typing import Any
+
+import bpy
+
+from ..problems import Problem
+from ..scene_read import hosts
+from ..scene_read.camera import named_cameras
+from .panel_rows import photo_fields
+from .request import PACKED, CaptureRequest, with_ids
+
+#: Differences in placement that nobody sees, and of shapes that are the same but for rounding.
+_STILL, _SAME_SHAPE = 1e-4, 0.01
+
+
+def captures_of(scene: bpy.types.Scene) -> list[CaptureRequest]:
+    """The scene's captures, or else the first background image of each camera."""
+    settings = getattr(scene, "selenite", None)
+    rows = [row for row in settings.captures if row.enabled] if settings is not None else []
+    names = {item: name for name, item in named_cameras(scene).items()}
+    if rows:
+        return [_of_row(row, names) for row in rows]
+    found = []
+    for camera, name in names.items():
+        background = next((item for item in camera.data.background_images if item.image), None)
+        if background is not None:
+            found.append(CaptureRequest(name, photo_name(background.image), ""))
+    return found
+
+
+def misplaced_backgrounds(scene: bpy.types.Scene) -> list[Problem]:
+    """Of the background images that `captures_of` takes for photos, those that their cameras show
+    otherwise than as the file is. The rows of the panel hold files alone."""
+    settings = getattr(scene, "selenite", None)
+    if settings is not None and any(row.enabled for row in settings.captures):
+        return []
+    found = []
+    for camera, name in {item: name for name, item in named_cameras(scene).items()}.items():
+        background = next((item for item in camera.data.background_images if item.image), None)
+        if background is not None and (how := _how_shown(background, camera, scene)):
+            cause = f"its background image '{background.image.name}' is {how} in the camera"
+            cure = (
+                "reset that in the camera's Background Images and change the file instead, or name "
+                "the photo as a capture"
+            )
+            found.append(Problem(f"Camera '{name}'", cause, cure))
+    return found
+
+
+def _how_shown(
+    background: bpy.types.CameraBackgroundImage, camera: bpy.types.Object, scene: bpy.types.Scene
+) -> str:
+    """What of the placement or colour is not as the file is; empty if all is."""
+    image = background.image
+    known = hosts.is_srgb(image) or hosts.is_linear(image) and not hosts.is_data(image)
+    width, height = image.size
+    settings = scene.render
+    wide = settings.resolution_x * settings.pixel_aspect_x
+    high = settings.resolution_y * settings.pixel_aspect_y
+    fits = not width * height or abs(width * high / (height * wide) - 1) < _SAME_SHAPE
+    found = {
+        "flipped": background.use_flip_x or background.use_flip_y,
+        "turned": abs(background.rotation) > _STILL,
+        "scaled": abs(background.scale - 1) > _STILL,
+        "moved": max(abs(background.offset[0]), abs(background.offset[1])) > _STILL,
+        "cropped or stretched": background.frame_method != "FIT" and not fits,
+        f"shown in the colour space {image.colorspace_settings.name}": not known,
+    }
+    return " and ".join(what for what, is_so in found.items() if is_so)
+
+
+def capture_of_row(row: bpy.types.PropertyGroup, scene: bpy.types.Scene) -> CaptureRequest:
+    """One row of the panel, whether it is ticked or not."""
+    return _of_row(row, {item: name for name, item in named_cameras(scene).items()})
+
+
+def _of_row(row: bpy.types.PropertyGroup, names: dict[bpy.types.Object, str]) -> CaptureRequest:
+    return CaptureRequest(
+        camera=_name(row, names),
+        photo=photo_name(row.photo) if row.photo is not None else "",
+        mask=bpy.path.abspath(row.mask_path),
+        **photo_fields(row.how),
+        **_light_state(row.lights),
+    )
+
+
+def ids_of(scene: bpy.types.Scene) -> list[str]:
+    """The id of each row of the panel, see `with_ids`; "" of a row that is off or has no camera."""
+    rows = scene.selenite.captures
+    names = {item: name for name, item in named_cameras(scene).items()}
+    used = [_name(row, names) if row.enabled else "" for row in rows]
+    requests = (CaptureRequest(name, "") for name in used if name)
+    found = iter(with_ids(requests, names.values()))
+    return [next(found).id if name else "" for name in used]
+
+
+def _light_state(lights: bpy.types.PropertyGroup) -> dict[str, Any]:
+    """Fields of a request. A lamp or collection that is not chosen is a lamp without a name, which
+    `capture.light_states` refuses."""
+    lamps: tuple[str, ...] | None = None
+    if lights.mode == "LAMP":
+        lamps = (lights.lamp.name if lights.lamp is not None else "",)
+    elif lights.mode == "COLLECTION":
+        chosen = lights.collection.all_objects if lights.collection is not None else None
+        lamps = ("",) if chosen is None else tuple(x.name for x in chosen if x.type == "LIGHT")
+    elif lights.mode == "NONE":
+        lamps = ()
+    frame = lights.frame if lights.use_frame else None
+    return {"lights": lamps, "world": lights.world, "frame": frame}
+
+
+def _name(row: bpy.types.PropertyGroup, names: dict[bpy.types.Object, str]) -> str:
+    """What the camera of a row is called, "" if it has none."""
+    return names.get(row.camera, row.camera.name) if row.camera is not None else ""
+
+
+def photo_name(image: bpy.types.Image) -> str:
+    """The file of an image datablock, or PACKED and its name."""
+    if image.packed_file is not None:
+        return PACKED + image.name
+    return bpy.path.abspath(image.filepath, library=image.library)
+
+
+def packed_photos() -> dict[str, bytes]:
+    """File contents of the packed images by PACKED name."""
+    return {
+        PACKED + image.name: image.packed_file.data
+        for image in bpy.data.images
+        if image.packed_file is not None
+    }
+
+
+def pair_by_name(cameras: list[str], photos: list[str]) -> tuple[list[CaptureRequest], list[str]]:
+    """Captures, with ids, of the files that are named as one, "Camera.png" or "Camera#2.png" (case
+    is ignored), and the photos that are left. With one camera and one photo names do not matter."""
+    if len(cameras) == 1 and len(photos) == 1:
+        return [CaptureRequest(cameras[0], photos[0], id=cameras[0])], []
+    by_name = {name.casefold(): name for name in cameras}
+    pairs: dict[str, CaptureRequest] = {}
+    rest = []
+    for photo in photos:
+        stem = PurePath(photo).stem
+        first, _, number = stem.rpartition("#")
+        camera = by_name.get(stem.casefold())
+        name = camera or ""
+        if camera is None and number.isdecimal():
+            camera = by_name.get(first.casefold())
+            name = f"{camera}#{number}"
+        if camera is None or name in pairs:
+            rest.append(photo)
+        else:
+            pairs[name] = CaptureRequest(camera, photo, id=name)
+    return list(pairs.values()), rest

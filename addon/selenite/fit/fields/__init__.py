@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Unknowns with a value at every place: voxels of grids, texels of images, vertices of meshes,
+directions of the world."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ... import parameters
+from ...problems import BadInput, Problem
+from ...scene_read.values import SceneValues
+from ..field_kinds import KINDS
+from ..request import UnknownRequest
+from ..settings import FitSettings
+from ..unknowns import Unknown
+from .base import FieldUnknown, means
+from .environment import EnvironmentUnknown, environment_unknown, fitted_environment, own_name
+from .grids import GridUnknown, fitted_grids, grid_unknown, with_grids
+from .images import ImageUnknown, image_unknown
+from .seen import SurfaceUnknown
+from .vertex_colors import VertexColorsUnknown, vertex_colors_unknown
+
+__all__ = [
+    "EnvironmentUnknown", "FieldUnknown", "GridUnknown", "ImageUnknown", "SurfaceUnknown",
+    "VertexColorsUnknown", "choose", "fitted_environment", "fitted_grids", "means", "remarks",
+    "split", "with_fields", "with_grids",
+]  # fmt: skip
+
+
+def split(requests: Sequence[UnknownRequest]) -> tuple[list[UnknownRequest], list[UnknownRequest]]:
+    """(those with one value, fields)."""
+    fields = [item for item in requests if item.parameter in KINDS]
+    return [item for item in requests if item.parameter not in KINDS], fields
+
+
+def choose(
+    scene: SceneValues,
+    requests: Sequence[UnknownRequest],
+    others: Sequence[Unknown],
+    settings: FitSettings,
+    problems: list[Problem],
+) -> list[FieldUnknown]:
+    """Requests -> fields with their start; what is wrong goes to `problems`."""
+    found: list[FieldUnknown] = []
+    for request in requests:
+        title = f"Parameter '{parameters.join_name(request.owner, request.parameter)}'"
+        kind = KINDS[request.parameter]
+        if kind.is_environment:
+            request = replace(request, owner=own_name(scene, request.owner))
+        fitted = {item.parameter.name for item in others if item.owner == request.owner}
+        if kind.single in fitted:
+            cause = f"it takes the place of the one {kind.single}, which is fitted too"
+            problems.append(Problem(title, cause, "fit one of them"))
+            continue
+        try:
+            field = _field(scene, request, others, settings, title)
+        except BadInput as error:
+            problems += error.problems
+            continue
+        if field.name in {item.name for item in found}:
+            problems.append(Problem(title, "given twice", "give it once"))
+        found.append(field)
+    return found
+
+
+def _field(
+    scene: SceneValues,
+    request: UnknownRequest,
+    others: Sequence[Unknown],
+    settings: FitSettings,
+    title: str,
+) -> FieldUnknown:
+    """Raises BadInput."""
+    kind = KINDS[request.parameter]
+    if not kind.is_environment and (request.size is not None or request.projection):
+        cause = "only the world's image has a number of texels and a projection"
+        raise BadInput(Problem(title, cause, "leave them out, or fit World:environment"))
+    if kind.is_mesh:
+        return vertex_colors_unknown(scene, request, settings, title)
+    if kind.is_image:
+        return image_unknown(scene, request, settings, title)
+    if kind.is_environment:
+        return environment_unknown(scene, request, others, settings, title)
+    return grid_unknown(scene, request, others, settings, title)
+
+
+def remarks(fields: Sequence[FieldUnknown], others: Sequence[Unknown]) -> list[str]:
+    """What a user should know of the fields that can be fitted nevertheless."""
+    extinctions = {item.owner for item in others if item.parameter.name == "extinction"}
+    products = [
+        f"Parameter '{item.name}': only its product with {item.owner}:extinction, which is fitted "
+        "too, is seen; fit one of them to know each"
+        for item in fields
+        if item.kind.use == "density" and item.owner in extinctions
+    ]
+    notes = [
+        f"Parameter '{item.name}': {note}"
+        for item in fields
+        if isinstance(item, EnvironmentUnknown)
+        for note in item.notes
+    ]
+    return products + notes
+
+
+def with_fields(values: SceneValues, fields: Sequence[FieldUnknown]) -> SceneValues:
+    """The scene with the grids and images at which the fields start."""
+    for item in fields:
+        values = item.in_scene(values)
+    return values

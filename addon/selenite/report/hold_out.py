@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How well a fitted scene renders photos, those that no fit has seen above all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..capture.prepared import Capture
+from ..capture.request import CaptureRequest
+from ..fit.capture_render import evaluator
+from ..fit.settings import FitSettings
+from .pictures import comparison, sheet
+
+if TYPE_CHECKING:
+    from .._core import Scene
+
+#: In the folder of a fit that held photos out.
+SHEET = "hold_out.png"
+#: Standard errors of a squared error below which noise hides it, and those of its upper limit.
+_HIDDEN, _LIMIT = 2.0, 1.645
+
+
+@dataclass(frozen=True)
+class SquaredError:
+    """Sums over the pixels of a mask: of the squared difference without the noise of renders, its
+    variance, and of the squared photo."""
+
+    difference: float
+    variance: float
+    light: float
+
+    def __add__(self, other: SquaredError) -> SquaredError:
+        return SquaredError(
+            self.difference + other.difference,
+            self.variance + other.variance,
+            self.light + other.light,
+        )
+
+    def as_json(self) -> dict[str, float | None]:
+        """`relative_error`: root mean square over that of the photos; None where noise of the
+        renders hides it. `at_most`: its upper limit, of 95 %."""
+        light = max(self.light, 1e-30)
+        square, deviation = self.difference / light, math.sqrt(self.variance) / light
+        hidden = square <= _HIDDEN * deviation
+        return {
+            "relative_error": None if hidden else math.sqrt(square),
+            "at_most": math.sqrt(max(square, 0.0) + _LIMIT * deviation),
+        }
+
+
+NOTHING = SquaredError(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A photo beside its render. `own`: the same with the gain that suits the photo best."""
+
+    capture: Capture
+    render: np.ndarray
+    error: SquaredError
+    own: SquaredError
+    own_gain: tuple[float, float, float]
+
+    def as_json(self) -> dict[str, Any]:
+        """Keys of a photo in compare.json."""
+        return {
+            **self.error.as_json(),
+            "with_own_gain": self.own.as_json(),
+            "own_gain": list(self.own_gain),
+            "gain": list(self.capture.gain),
+            "mask_share": self.capture.mask_share,
+        }
+
+
+def compare(
+    scene: Scene,
+    capture: Capture,
+    settings: FitSettings,
+    spp: int,
+) -> Compared:
+    """Renders the photo twice, by random numbers of their own: products of both differences have no
+    bias by their noise. The own gain is one factor, or one of each channel where the capture's gain
+    is free by channel."""
+    renders, view = evaluator(scene, settings), capture.view()
+    halves = [
+        renders.picture(view, max(1, spp // 2), seed=2 * settings.seed + half).image.astype(float)
+        for half in range(2)
+    ]
+    photo, weight = capture.reference.astype(float), capture.weight.astype(float)[..., None]
+    axes = (0, 1) if capture.free_gain == "rgb" else (0, 1, 2)
+    strength = (weight * halves[0] * halves[1]).sum(axis=axes)
+    common = (weight * photo * (halves[0] + halves[1]) / 2).sum(axis=axes)
+    gain = np.where((strength > 0) & (common > 0), common / np.maximum(strength, 1e-30), 1.0)
+    gain = np.broadcast_to(gain, 3)
+    return Compared(
+        capture,
+        ((halves[0] + halves[1]) / 2).astype(np.float32),
+        squared_error(halves, photo, weight),
+        squared_error([half * gain for half in halves], photo, weight),
+        (float(gain[0]), float(gain[1]), float(gain[2])),
+    )
+
+
+def squared_error(
+    halves: Sequence[np.ndarray], photo: np.ndarray, weight: np.ndarray
+) -> SquaredError:
+    """halves: renders (h, w, 3) with noise of their own; weight: (h, w, 1)."""
+    first, second = (half - photo for half in halves)
+    products = weight * first * second
+    noise = np.square(first - second)  # twice the variance of one
+    # Of m^2 + m (a + b) + a b; the channels of a pixel come from the same paths.
+    spread = np.sqrt(np.maximum(first * second, 0) * noise + np.square(noise) / 12)
+    of_pixels = np.square((weight * spread).sum(axis=-1))
+    return SquaredError(
+        float(products.sum()), float(of_pixels.sum()), float((weight * np.square(photo)).sum())
+    )
+
+
+def report(rows: Iterable[Compared], fitted: Iterable[str] = ()) -> dict[str, Any]:
+    """Pooled over all photos, and by photo. fitted: ids of photos that the fit has seen."""
+    rows, seen = list(rows), set(fitted)
+    return {
+        **sum((row.error for row in rows), NOTHING).as_json(),
+        "with_own_gain": sum((row.own for row in rows), NOTHING).as_json(),
+        "captures": {
+            row.capture.id: row.as_json() | {"fitted": row.capture.id in seen} for row in rows
+        },
+    }
+
+
+def percent(found: Mapping[str, Any]) -> str:
+    """An error of a report in words."""
+    error = found["relative_error"]
+    if error is None:
+        return f"at most {100 * found['at_most']:.2g} %, hidden by noise"
+    return f"{100 * error:.3g} %"
+
+
+def sentences(rows: Sequence[Compared]) -> list[str]:
+    """Of a fit that held photos out."""
+    found = report(rows)
+    count = f"{len(rows)} photos" if len(rows) > 1 else "1 photo"
+    own = percent(found["with_own_gain"])
+    return [f"Held out: {count}, off by {percent(found)}, with a gain of their own by {own}"]
+
+
+def fitted_among(captures: Sequence[Capture], asked: Sequence[CaptureRequest]) -> list[str]:
+    """Ids of those whose photo a fit has compared with. asked: the captures of its run."""
+    files = {Path(item.photo).name: item for item in asked if item.photo}
+    found = []
+    for item in captures:
+        same = files.get(Path(item.photo).name)
+        if same is not None and _same_file(item.photo, same.photo):
+            found.append(item.id)
+    return found
+
+
+def _same_file(one: str, other: str) -> bool:
+    try:
+        return one == other or Path(one).samefile(other)
+    except OSError:
+        return False
+
+
+def write_sheet(rows: Iterable[Compared], path: Path) -> None:
+    """Photo, render, difference, and both again with the own gain. Raises OSError."""
+    shown = {}
+    for row in rows:
+        photo, weight = row.capture.reference, row.capture.weight
+        scaled = row.render * np.asarray(row.own_gain, np.float32)
+        shown[row.capture.id] = {
+            "photo": comparison.marked(photo, weight),
+            "render": comparison.marked(row.render, weight),
+            "|render - photo|": comparison.difference(row.render, photo, weight),
+            "with its own gain": comparison.marked(scaled, weight),
+            "|difference|": comparison.difference(scaled, photo, weight),
+        }
+    masked = any(bool((row.capture.weight <= 0).any()) for row in rows)
+    sheet.sheet(shown, comparison.ERROR_SCALE, masked=masked).write(path)
+
+
+def compare_all(
+    scene: Scene,
+    captures: Sequence[Capture],
+    settings: FitSettings,
+    spp: int,
+    progress: Callable[[str, float], None] = lambda _text, _fraction: None,
+) -> list[Compared]:
+    """`compare` for each photo."""
+    rows = []
+    for index, capture in enumerate(captures):
+        progress(capture.id, index / len(captures))
+        own = replace(settings, seed=settings.seed + index)
+        rows.append(compare(scene, capture, own, spp))
+    return rows

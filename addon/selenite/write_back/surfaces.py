@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fitted fields of surfaces: images of materials and colours of meshes."""
+
+from __future__ import annotations
+
+from .. import parameters
+from ..scene_read.values import SceneValues
+from . import images, vertex_colors
+
+_VERTEX_COLORS = "vertex_colors"
+_SUFFIX = "_texture"
+
+
+def show(values: SceneValues, name: str, path: str) -> str:
+    """Puts the file of a field, as in Body:roughness_texture or Ball:vertex_colors, into the scene.
+    Returns what was done. Raises BadInput, and then nothing has changed."""
+    owner, parameter = parameters.split_name(name)
+    if parameter == _VERTEX_COLORS:
+        return vertex_colors.show(values, owner, path)
+    return images.show(values, owner, path, parameter.removesuffix(_SUFFIX))
+
+
+def restore(name: str) -> None:
+    """Undoes `show`; what is gone meanwhile is passed over."""
+    owner, parameter = parameters.split_name(name)
+    if parameter == _VERTEX_COLORS:
+        vertex_colors.restore(owner)
+    else:
+        images.restore(owner)

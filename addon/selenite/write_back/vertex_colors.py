@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fitted colours in the colour attribute of a mesh.
+
+What stood there before is kept on the mesh, for `restore`: as a hidden attribute, which Blender
+saves, copies and brings back with an undo.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
+
+import bpy
+import numpy as np
+
+from ..problems import BadInput, Problem
+from ..scene_read import hosts, mesh_colors
+from ..scene_read.shading import nodes
+from ..scene_read.values import SceneValues
+
+if TYPE_CHECKING:
+    from ..scene_read.hosts import BpyStruct
+
+#: On a mesh: the name of the attribute that was changed.
+_CHANGED = "selenite_vertex_colors"
+#: The attribute that holds what it was.
+_BEFORE = ".selenite_vertex_colors"
+
+
+def show(values: SceneValues, name: str, path: str) -> str:
+    """Gives the colour attribute that the materials of object `name` show the colours of a .npy
+    file, (n, 3) linear, one for each of its values; their alpha stays. Returns what was done. Raises
+    BadInput, and then nothing has changed."""
+    title = f"Object '{name}'"
+    mesh = _mesh(name, title)
+    attribute = mesh_colors.shown_colors(values, mesh_colors.object_of(values, name, title), title)[
+        0
+    ]
+    target = hosts.color_attribute(mesh, attribute)
+    if target is None:
+        raise BadInput(Problem(title, f"its colour attribute '{attribute}' is gone", "undo that"))
+    colors = _colors(path)
+    held = _values(target)
+    if len(colors) != len(held):
+        cause = f"its colour attribute '{attribute}' has {len(held)} values, not {len(colors)}"
+        raise BadInput(Problem(title, cause, "undo what has changed the mesh since the fit"))
+    if _CHANGED not in mesh:
+        kept = _attributes(mesh).new(_BEFORE, target.data_type, target.domain)
+        # A new attribute moves those that were found before.
+        target = cast("BpyStruct", hosts.color_attribute(mesh, attribute))
+        kept.data.foreach_set("color", held.ravel())
+        mesh[_CHANGED] = attribute
+    target.data.foreach_set("color", np.column_stack([colors, held[:, 3]]).ravel())
+    mesh.update()
+    return f"{title} now has the colours of {Path(path).absolute()} as '{attribute}'"
+
+
+def restore(name: str) -> None:
+    """Undoes `show`; what is gone meanwhile is passed over."""
+    item = bpy.data.objects.get(name)
+    mesh = item.data if item is not None else None
+    if not isinstance(mesh, bpy.types.Mesh) or _CHANGED not in mesh:
+        return
+    target = hosts.color_attribute(mesh, mesh[_CHANGED])
+    kept = _attributes(mesh).get(_BEFORE)
+    del mesh[_CHANGED]
+    if kept is None:
+        return
+    if target is not None and len(target.data) == len(kept.data):
+        target.data.foreach_set("color", _values(kept).ravel())
+        mesh.update()
+    _attributes(mesh).remove(_attributes(mesh)[_BEFORE])
+
+
+def _mesh(name: str, title: str) -> bpy.types.Mesh:
+    """Raises BadInput."""
+    item = bpy.data.objects.get(name)
+    mesh = item.data if item is not None else None
+    if not isinstance(mesh, bpy.types.Mesh):
+        raise BadInput(Problem(title, "it is gone", "undo its removal"))
+    if why := nodes.why_owner_fixed(mesh):
+        raise BadInput(Problem(title, f"its mesh is {why}", "make it local"))
+    return mesh
+
+
+def _attributes(mesh: bpy.types.Mesh) -> BpyStruct:
+    return cast("BpyStruct", mesh.attributes)
+
+
+def _values(attribute: BpyStruct) -> np.ndarray:
+    """(n, 4), linear."""
+    found: np.ndarray = hosts.floats(attribute.data, "color", 4)
+    return found
+
+
+def _colors(path: str) -> np.ndarray:
+    """(n, 3). Raises BadInput."""
+    title = f"File '{path}'"
+    try:
+        colors = np.load(path, allow_pickle=False)
+    except (OSError, ValueError) as error:
+        cause = f"cannot be read ({error})"
+        raise BadInput(Problem(title, cause, "put it back or run the fit again")) from error
+    if colors.ndim != 2 or colors.shape[1] != 3 or not np.isfinite(colors).all():  # noqa: PLR2004
+        raise BadInput(Problem(title, "it holds no colours (n, 3)", "run the fit again"))
+    return np.asarray(colors, np.float32)
