@@ -519,7 +519,8 @@ class ShapeFit:
         settings: Mapping[str, object] = ...,
         *,
         learning_rate: float = 0.01,
-        margin: float = 0.5,
+        minimum: float = -0.5,
+        maximum: float = 0.5,
         smoothness: float = 20.0,
     ) -> None: ...
     def start(self) -> None: ...

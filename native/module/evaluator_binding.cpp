@@ -76,10 +76,9 @@ FieldShape field_of(const Scene& scene, const std::string& owner, const std::str
     const EnvironmentMap& image = scene.environment();
     return {EnvironmentRef{}, {image.height(), image.width(), 3}};
   }
-  throw InvalidArgument("gradient: '" + parameter +
-                        "' is no image and nothing of a mesh; give " +
-                        std::string(kBaseColorTexture) + ", " + std::string(kVertexColors) +
-                        ", " + std::string(kVertexPositions) + " or " + std::string(kEnvironment));
+  throw InvalidArgument("gradient: '" + parameter + "' is no image and nothing of a mesh; give " +
+                        std::string(kBaseColorTexture) + ", " + std::string(kVertexColors) + ", " +
+                        std::string(kVertexPositions) + " or " + std::string(kEnvironment));
 }
 
 /// A loss of what the photo shows, by what is rendered of it.

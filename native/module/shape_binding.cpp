@@ -20,11 +20,13 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 std::unique_ptr<ShapeJob> make_job(const Scene& scene, std::vector<Photo> photos,
                                    const std::string& object, const py::dict& settings,
-                                   double learning_rate, double margin, double smoothness) {
+                                   double learning_rate, double minimum, double maximum,
+                                   double smoothness) {
   const FitSettings with = settings_of(settings);
   const py::gil_scoped_release release;
   return std::make_unique<ShapeJob>(
-      scene, std::move(photos), UnknownVertices{object, margin, learning_rate, smoothness}, with);
+      scene, std::move(photos),
+      UnknownVertices{object, minimum, maximum, learning_rate, smoothness}, with);
 }
 
 py::array_t<float> vertices_array(const VertexMatrix& vertices) {
@@ -165,12 +167,13 @@ Args:
     object: its name; its mesh has no other user.
     settings: as of Fit: loss, iterations, spp, seed, depth and threads count.
     learning_rate: largest step, in diagonals of the object's bounding box.
-    margin: of that box on each side, in its own size; no vertex leaves it.
+    minimum, maximum: no vertex leaves that box with its ends moved by so many of its sizes.
     smoothness: how far neighbours move together: as many edges as its square root.
 Raises:
     ValueError, KeyError: all problems at once, one line each; nothing is started.)")
       .def(py::init(&make_job), "scene"_a, "photos"_a, "object"_a, "settings"_a = py::dict(),
-           py::kw_only(), "learning_rate"_a = 0.01, "margin"_a = 0.5, "smoothness"_a = 20.0)
+           py::kw_only(), "learning_rate"_a = 0.01, "minimum"_a = -0.5, "maximum"_a = 0.5,
+           "smoothness"_a = 20.0)
       .def("start", &ShapeJob::start, "As of Fit.")
       .def("cancel", &ShapeJob::cancel, "As of Fit.")
       .def("join", &ShapeJob::join, py::call_guard<py::gil_scoped_release>(), "As of Fit.")

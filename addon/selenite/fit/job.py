@@ -15,11 +15,12 @@ from ..capture.views import View
 from ..problems import BadInput, Failed, Problem, problems_of
 from . import trust
 from .diagnosis.course import Limits, diagnose, still_falling
+from .fields import VerticesUnknown
 from .plan import FitPlan
 from .staging import plan as stage_plan
 
 if TYPE_CHECKING:
-    from .._core import FitResult, History, Scene, StopReason
+    from .._core import Fit, FitResult, History, Scene, ShapeFit, StopReason
 
 _DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
 #: Pixels of all photos up to which a diagnosis is made by who polls: some 20 ms. Above it has a
@@ -95,17 +96,8 @@ class FitJob:
         self._notes: tuple[str, ...] = ()
         self._next_diagnosis = 0.0  # by the clock
         self._diagnosing: threading.Thread | None = None
-        unknowns = [item.native() for item in plan.unknowns]
-        unknowns += [item.native() for item in plan.fields]
         try:
-            if plan.stages:
-                stages = [stage.native() for stage in plan.stages]
-                self._fit = native.core().Fit(unknowns, stages=stages)
-            else:
-                photos = [capture.native() for capture in plan.captures]
-                settings = plan.request.settings.native()
-                settings |= {} if refined else {"refinement": "off"}
-                self._fit = native.core().Fit(plan.scene, photos, unknowns, settings)
+            self._fit = _native_fit(plan, refined=refined)
         except (ValueError, KeyError) as error:
             cure = "change the settings or the bounds"
             raise BadInput(problems_of(error, "Fit", cure)) from error
@@ -236,6 +228,21 @@ class FitJob:
         self.progress()
         found = self.so_far()
         return found | {"notes": (*self.notes(), *still_falling(found))}
+
+
+def _native_fit(plan: FitPlan, *, refined: bool) -> Fit | ShapeFit:
+    """Raises ValueError, KeyError."""
+    photos = [capture.native() for capture in plan.captures]
+    for item in plan.fields:
+        if isinstance(item, VerticesUnknown):
+            return item.fit(plan.scene, photos, plan.request.settings)
+    unknowns = [item.native() for item in plan.unknowns]
+    unknowns += [item.native() for item in plan.fields]
+    if plan.stages:
+        return native.core().Fit(unknowns, stages=[stage.native() for stage in plan.stages])
+    settings = plan.request.settings.native()
+    settings |= {} if refined else {"refinement": "off"}
+    return native.core().Fit(plan.scene, photos, unknowns, settings)
 
 
 def fitted_values(

@@ -60,10 +60,12 @@ ShapeFit::ShapeFit(Scene scene, std::vector<Photo> photos, UnknownVertices unkno
   positions_ = as_matrix(mesh.positions);
   const Eigen::RowVector3d low = positions_.colwise().minCoeff();
   const Eigen::RowVector3d high = positions_.colwise().maxCoeff();
-  const Eigen::RowVector3d room = (high - low) * unknown_.margin;
   size_ = (high - low).norm();
-  low_ = {low[0] - room[0], low[1] - room[1], low[2] - room[2]};
-  high_ = {high[0] + room[0], high[1] + room[1], high[2] + room[2]};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double across = high[axis] - low[axis];
+    low_[axis] = low[axis] + unknown_.minimum * across;
+    high_[axis] = high[axis] + unknown_.maximum * across;
+  }
   best_ = positions_;
   best_loss_ = std::numeric_limits<double>::quiet_NaN();
   coordinates_ = smoothing_->apply(positions_);
@@ -181,11 +183,8 @@ void ShapeFit::move(const VertexMatrix& direction) {
   double share = 1;
   for (int i = 0; i <= kHalvings; ++i, share /= 2) {
     VertexMatrix there = smoothing_->solve(coordinates_ + direction * share);
-    for (Eigen::Index v = 0; v < there.rows(); ++v) {
-      there(v, 0) = std::clamp(there(v, 0), low_.x, high_.x);
-      there(v, 1) = std::clamp(there(v, 1), low_.y, high_.y);
-      there(v, 2) = std::clamp(there(v, 2), low_.z, high_.z);
-    }
+    for (int axis = 0; axis < 3; ++axis)
+      there.col(axis) = there.col(axis).cwiseMax(low_[axis]).cwiseMin(high_[axis]);
     Faces faces = faces_of(there);
     if (turns_over(faces)) continue;
     faces_ = std::move(faces);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -18,8 +19,8 @@ namespace selenite {
 /// The vertices of an object as unknowns.
 struct UnknownVertices {
   std::string object;
-  /// Of the bounding box at the start, in units of its own size on each side: no vertex leaves it.
-  double margin = 0.5;
+  /// No vertex leaves the bounding box of the start with its ends moved by so many of its sizes.
+  double minimum = -0.5, maximum = 0.5;
   /// Length of the largest step in the coordinates of the descent, in diagonals of that box.
   double learning_rate = 0.01;
   /// lambda of MeshSmoothing: neighbours up to its root, in edges, move together.
@@ -96,8 +97,8 @@ class ShapeFit {
   int instance_;
   std::unique_ptr<VertexNormals> normals_;
   std::unique_ptr<MeshSmoothing> smoothing_;
-  Vec3d low_, high_;  ///< that no vertex leaves
-  double size_ = 0;   ///< diagonal of the box at the start
+  std::array<double, 3> low_{}, high_{};  ///< that no vertex leaves
+  double size_ = 0;                       ///< diagonal of the box at the start
 
   VertexMatrix positions_, best_, coordinates_, mean_;
   Faces faces_;

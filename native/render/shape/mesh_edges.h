@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "render/shape/moved_mesh.h"
@@ -17,6 +18,21 @@ struct MeshEdge {
 
 /// All edges. Those with more than two triangles come once for each pair of neighbours in the list.
 std::vector<MeshEdge> edges_of(const MovedMesh& mesh);
+
+/// Angle between the two triangles' planes; pi at a rim.
+inline float angle_of(const MovedMesh& mesh, const MeshEdge& edge) {
+  if (edge.second < 0) return kPi<float>;
+  const Vec3f a = mesh.geometry.face(mesh.instance, edge.first)->ng;
+  const Vec3f b = mesh.geometry.face(mesh.instance, edge.second)->ng;
+  return std::atan2(length(cross(a, b)), dot(a, b));
+}
+
+/// Whether one triangle at least shows its front.
+inline bool is_seen(const MovedMesh& mesh, const MeshEdge& edge, const Vec3f& towards) {
+  if (edge.second < 0) return true;
+  return dot(mesh.geometry.face(mesh.instance, edge.first)->ng, towards) > 0 ||
+         dot(mesh.geometry.face(mesh.instance, edge.second)->ng, towards) > 0;
+}
 
 /// Whether one triangle shows its front to a point and the other its back; a rim always counts.
 /// `direction_from(point)`: towards the viewer or lamp.

@@ -13,14 +13,6 @@ constexpr float kBeside = 1e-4f;
 /// Relative difference of distances at which two rays meet the same point.
 constexpr float kSamePoint = 1e-3f;
 
-/// Angle between the two triangles' planes: of the directions in which the edge is an outline.
-float angle_of(const MovedMesh& mesh, const MeshEdge& edge) {
-  if (edge.second < 0) return kPi<float>;
-  const Vec3f a = mesh.geometry.face(mesh.instance, edge.first)->ng;
-  const Vec3f b = mesh.geometry.face(mesh.instance, edge.second)->ng;
-  return std::atan2(length(cross(a, b)), dot(a, b));
-}
-
 /// Whether some point of a sphere may see the edge as an outline.
 bool may_be_outline(const MovedMesh& mesh, const MeshEdge& edge, const Vec3f& centre,
                     float radius) {

@@ -11,6 +11,8 @@ namespace {
 constexpr double kBeside = 2e-3;
 /// By how much nearer than the edge something must be to hide it.
 constexpr float kNearer = 1e-3f;
+/// Between two faces that are as good as one.
+constexpr float kLeastAngle = 1e-4f;
 
 /// How far a vertex moves along `across` in the picture, by its position.
 Vec3f slope_of(const PixelCamera& camera, const Vec3d& vertex, const Vec2<double>& across,
@@ -35,8 +37,10 @@ Silhouettes::Silhouettes(const Prepared<0>& prepared, const PixelCamera& camera,
   const auto& positions = mesh.mesh().positions;
   for (const MeshEdge& edge : edges) {
     const Vec3f towards = camera.camera().orthographic ? -ahead : eye - positions[edge.from];
-    if (!edge.crease && !is_outline(mesh, edge, towards)) continue;
-    const auto found = [&]() -> std::optional<Seen> {
+    if (!is_seen(mesh, edge, towards)) continue;
+    const float importance =
+        edge.crease || is_outline(mesh, edge, towards) ? 1 : std::min(angle_of(mesh, edge), 1.0f);
+    auto found = [&]() -> std::optional<Seen> {
       const Vec3d a(positions[edge.from]), b(positions[edge.to]);
       Seen s{edge.from, edge.to, camera.project(a), camera.project(b), {}, {}, {}};
       const double dx = s.end.x - s.start.x, dy = s.end.y - s.start.y;
@@ -58,8 +62,10 @@ Silhouettes::Silhouettes(const Prepared<0>& prepared, const PixelCamera& camera,
       return s;
     }();
     if (!found) continue;
-    choice_.add(static_cast<int>(edges_.size()),
-                std::hypot(found->end.x - found->start.x, found->end.y - found->start.y));
+    if (!(importance > kLeastAngle)) continue;
+    const double size = std::hypot(found->end.x - found->start.x, found->end.y - found->start.y);
+    found->share = 1 / importance;
+    choice_.add(static_cast<int>(edges_.size()), size * importance);
     edges_.push_back(*found);
   }
 }
@@ -102,7 +108,8 @@ void Silhouettes::add(PathTracer<0>& tracer, int i, int count, VertexSums& sums)
     jump += found * static_cast<float>(-side);
   }
   const Colorf product = weight * jump;
-  const auto scale = static_cast<float>((product.r + product.g + product.b) * length() / count);
+  const auto scale = static_cast<float>((product.r + product.g + product.b) * choice_.total() /
+                                        count * edge.share);
   const auto share = static_cast<float>(t);
   sums.add_vertex(edge.from, edge.start_slope * (scale * (1 - share)));
   sums.add_vertex(edge.to, edge.end_slope * (scale * share));

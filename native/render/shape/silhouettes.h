@@ -8,8 +8,9 @@
 
 namespace selenite {
 
-/// The derivative of a picture by what the moved mesh hides and shows of its surroundings: where its
-/// outline and its creases lie in the picture, radiance jumps.
+/// The derivative of a picture by where the edges of the moved mesh lie in it. Radiance jumps at its
+/// outline and at creases, and at any edge where a face ends that lies in its own shadow, however smooth
+/// it is shaded.
 ///
 /// Source: Li, Aittala, Durand, Lehtinen 2018, "Differentiable Monte Carlo Ray Tracing through Edge
 /// Sampling" (the edges seen by the camera).
@@ -20,8 +21,6 @@ class Silhouettes {
               const RenderSettings& settings, const MovedMesh& mesh,
               const std::vector<MeshEdge>& edges, const std::vector<Colorf>& weights);
 
-  /// Pixels along all edges in the picture.
-  double length() const { return choice_.total(); }
   /// Adds sample `i` of `count`, stratified along the edges.
   void add(PathTracer<0>& tracer, int i, int count, VertexSums& sums) const;
 
@@ -34,6 +33,7 @@ class Silhouettes {
     Vec3f start_slope, end_slope;
     Vec2<double> across;  ///< unit, in pixels
     float nearest = 0;    ///< distance of the nearer end from the camera
+    float share = 1;      ///< its length over its weight in the choice
   };
   /// Radiance at a place in the picture; sets whether something before the edge hides it.
   Colorf radiance(PathTracer<0>& tracer, const Vec2<double>& place, const Seen& edge,
