@@ -47,6 +47,12 @@ class FieldKind:
         return self.is_image or self.is_mesh
 
     @property
+    def is_of_body(self) -> bool:
+        """Whether it is an image on a surface, or belongs to a mesh: `write_back.surfaces` shows
+        these."""
+        return self.is_surface or self.is_shape
+
+    @property
     def is_grid(self) -> bool:
         """Whether it lies in a medium."""
         return self.use in ("albedo", "density")

@@ -87,9 +87,10 @@ void ShapeFit::check() const {
   require(unknown_.smoothness >= 0 && unknown_.smoothness <= 1e6,
           "its smoothness is " + std::to_string(unknown_.smoothness) +
               "; give a number in [0, 1000000]");
-  require(unknown_.margin >= 0 && unknown_.margin <= 100, "the margin of its bounding box is " +
-                                                              std::to_string(unknown_.margin) +
-                                                              "; give a number in [0, 100]");
+  require(unknown_.minimum <= 0 && unknown_.maximum >= 0 && unknown_.minimum >= -100 &&
+              unknown_.maximum <= 100,
+          "its bounds are [" + std::to_string(unknown_.minimum) + ", " +
+              std::to_string(unknown_.maximum) + "]; give numbers around 0 in [-100, 100]");
   for (const Photo& photo : photos_)
     if (photo.gain_freedom != GainFreedom::kNone || photo.align)
       problems.add("Photo '" + photo.id +

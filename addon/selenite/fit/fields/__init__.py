@@ -24,8 +24,8 @@ from .vertex_positions import VerticesUnknown, vertices_unknown
 
 __all__ = [
     "EnvironmentUnknown", "FieldUnknown", "GridUnknown", "ImageUnknown", "SurfaceUnknown",
-    "VertexColorsUnknown", "VerticesUnknown", "choose", "fitted_environment", "fitted_grids", "means", "remarks",
-    "split", "with_fields", "with_grids",
+    "VertexColorsUnknown", "VerticesUnknown", "choose", "fitted_environment", "fitted_grids",
+    "means", "remarks", "split", "with_fields", "with_grids",
 ]  # fmt: skip
 
 

@@ -34,9 +34,9 @@ LOSS = "dual-buffer"
 
 @dataclass(frozen=True, eq=False)
 class VerticesUnknown(FieldUnknown):
-    """`minimum`, `maximum`: where vertices may go, as ends of the bounding box of the start moved by
-    so many of its sizes. `mesh`: its number in the scene. `start`: (n, 3) float32 in the object's own
-    space. `triangles`: (m, 3)."""
+    """`minimum`, `maximum`: where vertices may go, as ends of the bounding box of the start moved
+    by so many of its sizes. `mesh`: its number in the scene. `start`: (n, 3) float32 in the
+    object's own space. `triangles`: (m, 3)."""
 
     mesh: int
     start: np.ndarray
@@ -64,7 +64,7 @@ class VerticesUnknown(FieldUnknown):
         return np.asarray(colour, np.float32)
 
     def settings(self, asked: FitSettings, warnings: list[str]) -> FitSettings:
-        """Those of a fit of this shape: the usual loss gives way to one that an outline counts in."""
+        """Those of a fit of this shape: the usual loss gives way to one in which outlines count."""
         if asked.loss != FitSettings().loss:
             return asked
         warnings.append(f"Parameter '{self.name}': a shape is fitted by the loss {LOSS}")
