@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "render/shape/moved_mesh.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace selenite {
 namespace {
+
+constexpr float kLeastCosine = 0.01f;
 
 /// The derivative by the sum of the corners' normals, of which the unit vector is the shading normal.
 Vec3f by_sum(const Vec3f& by_normal, const Hit& hit, const Surface& surface,
@@ -31,8 +36,9 @@ void PointSlopes::spread_of_surface(const Hit& hit, const Surface& surface,
 void PointSlopes::spread_of_ray(const Hit& hit, const Surface& surface, const Vec3f& direction,
                                 VertexSums& sums) const {
   const Geometry::Face& face = *sums.mesh().geometry.face(hit.instance, hit.triangle);
-  const float along = dot(surface.ng, direction);
-  if (along == 0) return;
+  // A surface seen from its side moves far along the ray; few samples are there, and would outweigh all.
+  const float along = std::copysign(std::max(std::abs(dot(surface.ng, direction)), kLeastCosine),
+                                    dot(surface.ng, direction));
   const Vec3f by_normals = by_sum(normal, hit, surface, face);
   const float c1 = b1 + dot(by_normals, face.normals[1] - face.normals[0]);
   const float c2 = b2 + dot(by_normals, face.normals[2] - face.normals[0]);

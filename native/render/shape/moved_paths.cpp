@@ -24,6 +24,45 @@ Colorf inverse(const Colorf& value) {
   return map(value, [](float v) { return v > 0 ? 1 / v : 0.0f; });
 }
 
+/// Where a path goes on from a point.
+struct Drawn {
+  Vec3f wo;
+  float density;
+  Colorf weight;
+  bool diffuse;
+};
+
+/// Of `draw`, by that of the bsdf.
+float density_of(const Scattering& here, const Vec3f& wo, float bsdf) {
+  const bool before = dot(here.surface.ng, wo) * here.side() > 0;
+  return bsdf / 2 + (before ? 1 / (4 * kPi<float>) : 0);
+}
+
+/// By the bsdf or evenly over the hemisphere: towards the horizon a bsdf falls to 0, but not its
+/// derivative.
+std::optional<Drawn> draw(const Scattering& here, const Random& random) {
+  const float u = random.uniform(kLobe), u1 = random.uniform(kLobe1), u2 = random.uniform(kLobe2);
+  return here.with_bsdf([&](const auto& bsdf) -> std::optional<Drawn> {
+    Drawn drawn{{}, 0, {}, true};
+    if (u < 0.5f) {
+      const auto s = bsdf.sample(2 * u, u1, u2);
+      if (!s || s->singular || s->transmits || s->enters) return std::nullopt;
+      drawn.wo = s->wo;
+      drawn.diffuse = s->diffuse;
+    } else {
+      const auto frame = Frame<float>::from_normal(here.surface.ng * here.side());
+      drawn.wo = frame.to_world(square_to_cone(u1, u2, 1.0f));
+    }
+    Colorf value;
+    float density = 0;
+    bsdf.value_and_density(drawn.wo, value, density);
+    drawn.density = density_of(here, drawn.wo, density);
+    if (is_zero(value) || !(drawn.density > 0)) return std::nullopt;
+    drawn.weight = value / drawn.density;
+    return drawn;
+  });
+}
+
 /// How the sample of a lamp changes with the point that it lights, at equal random numbers.
 struct LampSlopes {
   std::array<Vec3f, 3> direction;  ///< by each coordinate
@@ -80,19 +119,7 @@ void MovedPaths::add(CameraSamples::Sample& sample, const Colorf& weight, Vertex
     if (moves(i)) add_horizon(i, path, random, weight * beta, sums);
     add_light_sample(i, path, random, weight, beta, total);
 
-    struct Drawn {
-      Vec3f wo;
-      float density;
-      Colorf weight;
-      bool diffuse;
-      RayKind kind;
-    };
-    const auto drawn = here.with_bsdf([&](const auto& bsdf) -> std::optional<Drawn> {
-      const auto s =
-          bsdf.sample(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
-      if (!s || s->singular || s->transmits || s->enters) return std::nullopt;
-      return Drawn{s->wo, s->density, s->weight, s->diffuse, s->kind()};
-    });
+    const auto drawn = draw(here, random);
     if (!drawn || i + 1 == kMost) break;
     vertex.before = total;
     vertex.wo = drawn->wo;
@@ -105,7 +132,7 @@ void MovedPaths::add(CameraSamples::Sample& sample, const Colorf& weight, Vertex
     path.after_diffuse = path.after_diffuse || drawn->diffuse;
     path.count(false, drawn->diffuse, false);
     path.density = drawn->density;
-    path.kind = drawn->kind;
+    path.kind = drawn->diffuse ? kDiffuseRay : kGlossyRay;
     path.receiver = hit->instance;
     path.from = here.surface.position;
     path.ray = {here.surface.leave(drawn->wo), drawn->wo, 0, kInfinity};
@@ -162,7 +189,8 @@ void MovedPaths::add_light_sample(int i, const Path& path, const Random& random,
   here.with_bsdf([&](const auto& bsdf) { bsdf.value_and_density(wo, value, chance); });
   if (is_zero(value) || is_zero(emitted)) return;
   if (!lamp_chosen)
-    share = power_heuristic(p_.lights.world_density(wo, direct_.as_cycles(false)), chance);
+    share = power_heuristic(p_.lights.world_density(wo, direct_.as_cycles(false)),
+                            density_of(here, wo, chance));
   Throughput<0> through(0);
   MediaStack<0> media(p_);
   if (casts_shadows &&
