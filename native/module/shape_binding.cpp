@@ -168,12 +168,12 @@ Args:
     settings: as of Fit: loss, iterations, spp, seed, depth and threads count.
     learning_rate: largest step, in diagonals of the object's bounding box.
     minimum, maximum: no vertex leaves that box with its ends moved by so many of its sizes.
-    smoothness: how far neighbours move together: as many edges as its square root.
+    smoothness: how large a part of the surface moves together; 0: each vertex for itself.
 Raises:
     ValueError, KeyError: all problems at once, one line each; nothing is started.)")
       .def(py::init(&make_job), "scene"_a, "photos"_a, "object"_a, "settings"_a = py::dict(),
            py::kw_only(), "learning_rate"_a = 0.01, "minimum"_a = -0.5, "maximum"_a = 0.5,
-           "smoothness"_a = 20.0)
+           "smoothness"_a = 0.01)
       .def("start", &ShapeJob::start, "As of Fit.")
       .def("cancel", &ShapeJob::cancel, "As of Fit.")
       .def("join", &ShapeJob::join, py::call_guard<py::gil_scoped_release>(), "As of Fit.")

@@ -55,8 +55,9 @@ ShapeFit::ShapeFit(Scene scene, std::vector<Photo> photos, UnknownVertices unkno
   check();
   const Mesh& mesh = scene_.geometry->meshes()[scene_.geometry->instances()[instance_].mesh];
   normals_ = std::make_unique<VertexNormals>(mesh);
-  smoothing_ = std::make_unique<MeshSmoothing>(static_cast<int>(mesh.positions.size()),
-                                               mesh.triangles, unknown_.smoothness);
+  smoothing_ = std::make_unique<MeshSmoothing>(
+      static_cast<int>(mesh.positions.size()), mesh.triangles,
+      unknown_.smoothness * static_cast<double>(mesh.positions.size()));
   positions_ = as_matrix(mesh.positions);
   const Eigen::RowVector3d low = positions_.colwise().minCoeff();
   const Eigen::RowVector3d high = positions_.colwise().maxCoeff();
@@ -84,9 +85,9 @@ void ShapeFit::check() const {
   require(unknown_.learning_rate > 0 && unknown_.learning_rate <= 1,
           "its learning rate is " + std::to_string(unknown_.learning_rate) +
               "; give a number above 0 and at most 1");
-  require(unknown_.smoothness >= 0 && unknown_.smoothness <= 1e6,
-          "its smoothness is " + std::to_string(unknown_.smoothness) +
-              "; give a number in [0, 1000000]");
+  require(
+      unknown_.smoothness >= 0 && unknown_.smoothness <= 100,
+      "its smoothness is " + std::to_string(unknown_.smoothness) + "; give a number in [0, 100]");
   require(unknown_.minimum <= 0 && unknown_.maximum >= 0 && unknown_.minimum >= -100 &&
               unknown_.maximum <= 100,
           "its bounds are [" + std::to_string(unknown_.minimum) + ", " +

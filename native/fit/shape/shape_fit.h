@@ -23,8 +23,9 @@ struct UnknownVertices {
   double minimum = -0.5, maximum = 0.5;
   /// Length of the largest step in the coordinates of the descent, in diagonals of that box.
   double learning_rate = 0.01;
-  /// lambda of MeshSmoothing: neighbours up to its root, in edges, move together.
-  double smoothness = 20;
+  /// lambda of MeshSmoothing for each vertex: the same part of the surface moves together, however
+  /// fine the mesh is.
+  double smoothness = 0.01;
 };
 
 /// One row of its history: the state before step `iteration`.
