@@ -25,7 +25,8 @@ OWNERS = {
 FIELDS = (
     "## Values at every place",
     "",
-    "A material also has `base_color_texture`, `albedo_grid` and `density_grid`: see"
+    "A material also has `base_color_texture` and images of other parameters, `albedo_grid` and"
+    " `density_grid`, and an object `vertex_colors`: see"
     " [Textures and grids](textures_and_grids.md). The world has `environment`, an image from"
     " 0 up: see [Unknown light](unknown_light.md).",
 )

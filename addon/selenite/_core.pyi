@@ -190,7 +190,7 @@ class SceneBuilder:
         uv_maps: Sequence[tuple[str, ArrayLike]] = ...,
         colors: Sequence[tuple[str, ArrayLike]] = ...,
         vectors: Sequence[tuple[str, ArrayLike]] = ...,
-        held_colors: Mapping[str, tuple[ArrayLike, ArrayLike]] = ...,
+        stored_colors: Mapping[str, tuple[ArrayLike, ArrayLike]] = ...,
     ) -> int: ...
     def add_object(
         self,

@@ -16,12 +16,12 @@ namespace selenite {
 namespace {
 
 using NamedArrays = std::vector<std::pair<std::string, Array<float>>>;
-using HeldColors = std::map<std::string, std::pair<Array<float>, Array<int>>>;
+using StoredColors = std::map<std::string, std::pair<Array<float>, Array<int>>>;
 
 int add_mesh(SceneBuilder& b, const std::string& name, const Array<float>& positions,
              const Array<int>& triangles, const Array<float>& normals, const Array<int>& slots,
              const NamedArrays& uv_maps, const NamedArrays& colors, const NamedArrays& vectors,
-             const HeldColors& held) {
+             const StoredColors& stored) {
   const std::string who = "Mesh '" + name + "': ";
   Mesh mesh;
   mesh.name = name;
@@ -32,16 +32,18 @@ int add_mesh(SceneBuilder& b, const std::string& name, const Array<float>& posit
   mesh.material_slots.assign(slots.data(), slots.data() + slots.size());
   for (const auto& [map, values] : uv_maps)
     mesh.uvs.push_back({map, rows<Vec2f>(values, who + "UV map '" + map + "'")});
-  for (const auto& [attribute, values] : colors)
+  for (const auto& [attribute, values] : colors) {
+    const std::string what = who + "colour attribute '" + attribute + "'";
+    std::vector<Colorf> own;
+    std::vector<int> elements;
+    if (const auto found = stored.find(attribute); found != stored.end()) {
+      own = rows<Colorf>(found->second.first, what + ", stored");
+      require_shape(found->second.second, what + ", elements", {-1});
+      elements.assign(found->second.second.data(),
+                      found->second.second.data() + found->second.second.size());
+    }
     mesh.colors.push_back(
-        {attribute, rows<Colorf>(values, who + "colour attribute '" + attribute + "'")});
-  for (CornerData<Colorf>& colour : mesh.colors) {
-    const auto found = held.find(colour.name);
-    if (found == held.end()) continue;
-    const auto& [values, elements] = found->second;
-    colour.held = rows<Colorf>(values, who + "held colours '" + colour.name + "'");
-    require_shape(elements, who + "elements of '" + colour.name + "'", {-1});
-    colour.elements.assign(elements.data(), elements.data() + elements.size());
+        {attribute, rows<Colorf>(values, what), std::move(own), std::move(elements)});
   }
   for (const auto& [attribute, values] : vectors)
     mesh.vectors.push_back({attribute, rows<Vec3f>(values, who + "vectors '" + attribute + "'")});
@@ -120,11 +122,11 @@ void bind_builder(py::module_& m) {
   builder.def(py::init<>())
       .def("add_mesh", &add_mesh, "name"_a, "positions"_a, "triangles"_a, "corner_normals"_a,
            "material_slots"_a, "uv_maps"_a = NamedArrays{}, "colors"_a = NamedArrays{},
-           "vectors"_a = NamedArrays{}, "held_colors"_a = HeldColors{},
+           "vectors"_a = NamedArrays{}, "stored_colors"_a = StoredColors{},
            py::call_guard<py::gil_scoped_release>(),
            "(n,3) float32, (m,3) int32, (3m,3) float32 unit, (m,) int32, UV maps [(name, (3m,2))] "
            "and linear colour attributes [(name, (3m,3))], the active ones first; vectors that a "
-           "shader asks for by name, likewise; object space. held_colors: {colour attribute: "
+           "shader asks for by name, likewise; object space. stored_colors: {colour attribute: "
            "((n,3) the "
            "values that it holds, (3m,) the one that each corner shows)}, of those that a fit "
            "changes.")

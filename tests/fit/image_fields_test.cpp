@@ -198,7 +198,7 @@ TEST(ImageFields, NamesAllThatIsWrong) {
     EXPECT_NE(text.find(words), std::string::npos) << text;
   };
   const std::vector<float> grey(4, 0.5f);
-  has(message(without_image(board(grey), 0.5), {texels()}), "no image gives the base colour");
+  has(message(without_image(board(grey), 0.5), {texels()}), "no image gives base_color");
   has(message(board(grey, false, grey), {texels()}), "has alpha");
   has(message(board(grey), {texels(), texels()}), "listed twice");
   has(message(board(grey), {texels(0, 2)}), "no interval inside [0, 1]");

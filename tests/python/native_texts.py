@@ -40,7 +40,7 @@ def wanted() -> dict[str, tuple[str, str]]:
     for room in ROOMS:
         for path in sorted((NATIVE / room).rglob("*")):
             place = path.relative_to(NATIVE).as_posix()
-            if path.suffix in {".cpp", ".h"} and place not in NOT_SHOWN:
+            if path.suffix in {".cpp", ".h", ".in"} and place not in NOT_SHOWN:
                 code = path.read_text(encoding="utf-8")
                 if room == "module":
                     code = "\n".join(_THROWN.findall(code))

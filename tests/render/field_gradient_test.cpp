@@ -135,15 +135,15 @@ TEST(FieldGradient, AddsUpToTheDerivativeByOneAlbedo) {
 TEST(FieldGradient, TheTapeTellsTheRadianceItself) {
   Tape tape;
   tape.add_light(Colorf(0.5f));
-  const FieldSlope zero{Colorf(1), 0, 1}, one{Colorf(1), 1, 1};
-  tape.record(Colorf(2), Colorf(2), Colorf(0), &zero, 1, {});
+  const FieldSlope zero{Colorf(1), {{}, 0}, 1}, one{Colorf(1), {{}, 1}, 1};
+  tape.record(Colorf(2), Colorf(2), Colorf(0), &zero, 1);
   tape.add_light(Colorf(3));
-  tape.record(Colorf(0), Colorf(0.25f), Colorf(0.5f), &one, 1, {});
+  tape.record(Colorf(0), Colorf(0.25f), Colorf(0.5f), &one, 1);
   tape.add_light(Colorf(8));
   // 0.5 + 2 * a * (3 + 0.25 * b * 8) at a = 0, b = 0.5: by a 2 * (3 + 0.25 * 0.5 * 8) = 8; by b 0.
   float by[2] = {};
-  const Colorf light =
-      tape.sweep(Colorf(1), [&](int field, const Vec3f&, const Colorf& d) { by[field] = d.g; });
+  const Colorf light = tape.sweep(
+      Colorf(1), [&](const FieldPlace& place, const Colorf& d) { by[place.field] = d.g; });
   EXPECT_FLOAT_EQ(light.r, 0.5f);
   // A branch that looks up 0: its light is none, its derivative is the throughput before and after.
   Throughput<kTaped> beta(1);
@@ -152,12 +152,12 @@ TEST(FieldGradient, TheTapeTellsTheRadianceItself) {
   beta.multiply(3);
   Throughput<kTaped> branch = beta;
   branch.branches();
-  branch.multiply_recorded(Colorf(0), &zero, 1, {});
+  branch.multiply_recorded(Colorf(0), &zero, 1);
   branch.multiply(0.5f);
   Radiance<kTaped> radiance(1);
   radiance.add(branch, Factor<kTaped>{Colorf(4)}, 1);
   by[0] = 0;
-  EXPECT_EQ(tape.sweep(Colorf(1), [&](int, const Vec3f&, const Colorf& d) { by[0] += d.g; }).r, 0);
+  EXPECT_EQ(tape.sweep(Colorf(1), [&](const FieldPlace&, const Colorf& d) { by[0] += d.g; }).r, 0);
   EXPECT_FLOAT_EQ(by[0], 6);
   by[0] = 8;
   EXPECT_FLOAT_EQ(by[0], 8);

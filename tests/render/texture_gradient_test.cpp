@@ -203,7 +203,7 @@ TEST(TextureGradient, RefusesWhatHasNone) {
             "Body:base_color_texture is listed twice; list it once");
   Scene plain = textured(wanted);
   plain.appearance.materials[0].maps.clear();
-  EXPECT_NE(refused(plain, {ImageRef{0}}).find("no image gives the base colour"),
+  EXPECT_NE(refused(plain, {ImageRef{0}}).find("no image gives base_color"),
             std::string::npos);
 }
 

@@ -182,12 +182,12 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--start", **many, metavar="OWNER:PARAM=V[,V,V]|RESULT", help=start)
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI", help="of each channel")
     grid = (
-        "voxels along a grid's longest side, or a .npy or .vol file to start from; of "
-        "base_color_texture texels along each side, or a picture"
+        "voxels along a grid's longest side, or a .npy or .vol file to start from; of an image, "
+        "such as base_color_texture, texels along each side, or a picture"
     )
     add("--grid", **many, metavar="MATERIAL:GRID=N|FILE", help=grid)
-    unseen = "texels that no photo sees stay as they were, or are filled from those around them"
-    add("--unseen", **many, metavar="MATERIAL:base_color_texture=keep|fill", help=unseen)
+    unseen = "texels or vertices that no photo sees stay as they were, or are filled from around"
+    add("--unseen", **many, metavar="OWNER:FIELD=keep|fill", help=unseen)
     stages = "what is fitted first: usual (default; light-first where the world's image, an image "
     stages += "and its colour are fitted), none, ior-last, colours-first, light-first, auto (what "
     stages += "photos determine), or a JSON file"

@@ -29,7 +29,12 @@ class FieldKind:
     @property
     def is_image(self) -> bool:
         """Whether it is an image on a surface."""
-        return self.use in IMAGES
+        return self.use in IMAGES or self.is_graph_image
+
+    @property
+    def is_graph_image(self) -> bool:
+        """Whether it is the image of a node, not that of a parameter."""
+        return self.use == GRAPH_IMAGE
 
     @property
     def is_mesh(self) -> bool:
@@ -71,6 +76,8 @@ IMAGES = {
     "emission_color": 3, "subsurface_weight": 1,
 }  # fmt: skip
 VERTEX_COLORS, VERTEX_POSITIONS = "vertex_colors", "vertex_positions"
+#: Ends the name of the image of a node; and what that gives.
+NODE_IMAGE, GRAPH_IMAGE = ".image", "graph"
 
 
 def _image(use: str, channels: int) -> FieldKind:
@@ -105,3 +112,18 @@ KINDS = {
 }  # fmt: skip
 #: Parameter with one value -> the field that takes its place.
 IN_PLACE_OF = {kind.single: kind.parameter for kind in KINDS.values() if kind.single}
+
+
+def kind_of(parameter: str) -> FieldKind | None:
+    """That of a name, None if it is a parameter with one value. Every node has its own name."""
+    if parameter.endswith(NODE_IMAGE):
+        return FieldKind(parameter, GRAPH_IMAGE, 3, "", "Each texel of the image of a node")
+    return KINDS.get(parameter)
+
+
+def field_kind(parameter: str) -> FieldKind:
+    """The same of a name that is one's."""
+    found = kind_of(parameter)
+    if found is None:
+        raise KeyError(parameter)
+    return found

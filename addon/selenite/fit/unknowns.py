@@ -12,7 +12,7 @@ from .. import native, parameters
 from ..parameters import Parameter, Values
 from ..problems import Problem, choice, listed
 from ..scene_read.values import Owner, SceneValues
-from .field_kinds import KINDS
+from .field_kinds import KINDS, kind_of
 from .request import UnknownRequest
 from .settings import FitSettings
 
@@ -158,7 +158,7 @@ def fitted_owners(scene: SceneValues, requests: Iterable[UnknownRequest]) -> set
     materials."""
     found: set[str] = set()
     for item in requests:
-        kind = KINDS.get(item.parameter)
+        kind = kind_of(item.parameter)
         if kind is None or kind.of != "object":
             found.add(item.owner)
             continue

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..fit import fields as all_fields
 from ..fit.checkpoint import RESULT
-from ..fit.field_kinds import IN_PLACE_OF, KINDS
+from ..fit.field_kinds import IN_PLACE_OF, kind_of
 from ..fit.request import UnknownRequest
 from ..fit.settings import FitSettings
 from ..fit.unknowns import choose
@@ -31,7 +31,7 @@ def at_result(
     constants, requests = {}, []
     for name, row in rows.items():
         owner, parameter = split_name(name)
-        if parameter in KINDS:
+        if kind_of(parameter) is not None:
             file = str(folder / _file_of(row, folder))
             requests.append(UnknownRequest(owner, parameter, grid=file))
         elif join_name(owner, IN_PLACE_OF.get(parameter, "")) not in rows:
@@ -52,7 +52,7 @@ def field_files(folder: Path) -> dict[str, Path]:
     return {
         name: folder / _file_of(row, folder)
         for name, row in _rows(folder / RESULT).items()
-        if split_name(name)[1] in KINDS
+        if kind_of(split_name(name)[1]) is not None
     }
 
 

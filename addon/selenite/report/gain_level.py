@@ -57,8 +57,9 @@ def widened(
         return result
     wider = {item.id: 0.0 for item in plan.captures}
     base = scene_at(plan, result)
-    for index, field in enumerate(plan.fields):
-        progress(f"gains beside {field.name}", index / len(plan.fields))
+    fields = [item for item in plan.fields if not isinstance(item, ImageUnknown) or item.is_light]
+    for index, field in enumerate(fields):
+        progress(f"gains beside {field.name}", index / len(fields))
         values = result["fields_best"][field.name]
         dimmed = field.placed(base, _dimmed(field, values))
         changes = {item.id: change(plan, result, item, base, dimmed) for item in plan.captures}

@@ -74,7 +74,12 @@ def of_images(
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> dict[str, Halves]:
     """By the image's name; none of a single photo. Photos take turns, as lists run round a body."""
-    images = [item for item in plan.fields if _shows_light(item)]
+    images = [
+        item
+        for item in plan.fields
+        if isinstance(item, EnvironmentUnknown)
+        or (isinstance(item, ImageUnknown) and item.is_light)
+    ]
     if not images or len(plan.captures) < 2:  # noqa: PLR2004 - two halves
         return {}
     scene, found = scene_at(plan, result), {}
@@ -85,14 +90,6 @@ def of_images(
             sums.append(_asked(plan, result, item, scene, plan.captures[half::2]))
         found[item.name] = halves(*sums)
     return found
-
-
-def _shows_light(item: FieldUnknown) -> bool:
-    """Whether photos and renders can be compared by what they show of its places: those of a
-    colour, which is brighter where they are."""
-    if isinstance(item, ImageUnknown):
-        return item.kind.channels > 1
-    return isinstance(item, EnvironmentUnknown)
 
 
 def halves(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> Halves:

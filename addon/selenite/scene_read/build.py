@@ -56,7 +56,7 @@ def build(values: SceneValues) -> Scene:
             uv_maps=_wanted(mesh.uv_maps, uv_maps),
             colors=_colors(mesh, colors),
             vectors=list(mesh.vectors),
-            held_colors=_held(mesh, colors),
+            stored_colors=_stored_colors(mesh, colors),
         )
         for mesh in values.meshes
     ]
@@ -171,12 +171,14 @@ def _colors(mesh: MeshValues, wanted: set[tuple[str, str]]) -> list[tuple[str, n
     return found
 
 
-def _held(
+def _stored_colors(
     mesh: MeshValues, wanted: set[tuple[str, str]]
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """What a fit can change of the colour attributes that a material asks for as they are."""
     names = {name for name, _ in _wanted(mesh.colors, {name for name, grey in wanted if not grey})}
-    return {name: (held, elements) for name, held, elements in mesh.held_colors if name in names}
+    return {
+        name: (stored, elements) for name, stored, elements in mesh.stored_colors if name in names
+    }
 
 
 def _add_light(builder: SceneBuilder, light: LightValues) -> None:

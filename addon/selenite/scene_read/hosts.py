@@ -254,7 +254,7 @@ def corner_uv_maps(mesh: bpy.types.Mesh, corners: np.ndarray) -> tuple[tuple[str
     return tuple(found)
 
 
-def held_colors(
+def stored_colors(
     mesh: bpy.types.Mesh, corners: np.ndarray, vertices: np.ndarray
 ) -> tuple[tuple[str, np.ndarray, np.ndarray], ...]:
     """Name, (n, 3) float32 linear, and (len(corners),) int32 which of them each corner shows, of

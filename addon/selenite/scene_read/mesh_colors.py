@@ -49,9 +49,9 @@ def shown_colors(
     if grey:
         cause = f"a socket on the way from the colour attribute '{name}' makes it grey"
         raise BadInput(Problem(title, cause, "link it through sockets of colours only"))
-    held = next((item for item in mesh.held_colors if item[0] == name), None)
-    if held is not None:
-        return held
+    stored = next((item for item in mesh.stored_colors if item[0] == name), None)
+    if stored is not None:
+        return stored
     if name in {item for item, _ in mesh.colors}:
         cause = f"modifiers make other vertices than those of the colour attribute '{name}'"
         raise BadInput(Problem(title, cause, "apply the modifiers, or switch them off"))

@@ -110,6 +110,19 @@ class Constant:
 
 
 @dataclass(frozen=True, eq=False)
+class ShaderImage:
+    """An image of the graph that a fit can change: its name is NODE.image, `texture` its number.
+    `uv` (2, 3) is applied to (u, v, 1) of the UV map `attribute`. `channels`: 1 where only a number
+    is taken of it."""
+
+    name: str
+    texture: int
+    attribute: str
+    uv: np.ndarray
+    channels: int
+
+
+@dataclass(frozen=True, eq=False)
 class Table:
     """`values` (257, 3) from `low` to `high`."""
 
@@ -143,6 +156,7 @@ class Shader:
     tables: list[Table] = field(default_factory=list)
     textures: list[TextureValues] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
+    images: list[ShaderImage] = field(default_factory=list)
     closures: list[Closure] = field(default_factory=list)
     flavour: str = "v2"
     _known: dict[object, Register] = field(default_factory=dict)
@@ -194,7 +208,27 @@ class Shader:
 
     def lists(self) -> tuple[list[Any], ...]:
         """What grows while the program is made, but for its closures."""
-        return self.constants, self.literals, self.code, self.tables, self.textures, self.names
+        return (
+            self.constants, self.literals, self.code, self.tables, self.textures, self.names,
+            self.images,
+        )  # fmt: skip
+
+    def unknown_images(self) -> list[ShaderImage]:
+        """Those that can be unknown: looked up at one place, not below a Bump."""
+        places = [code.item for code in self.code if code.op == "image"]
+        moved = {code.item for code in self.code if code.op == "image" and self._is_moved(code)}
+        return [
+            item
+            for item in self.images
+            if places.count(item.texture) == 1 and item.texture not in moved
+        ]
+
+    def _is_moved(self, code: Instruction) -> bool:
+        """Whether a Bump asks for it beside the point."""
+        return any(
+            item.kind == "code" and self.code[item.index].shift
+            for item in self._behind(code.inputs)
+        )
 
     def known(self) -> dict[object, Register]:
         """A copy of what instructions gave so far."""
@@ -321,6 +355,7 @@ class Shader:
             "literals": self.literals,
             "names": self.names,
             "textures": textures,
+            "images": [vars(item) for item in self.unknown_images()],
             "tables": [vars(table) for table in self.tables],
             "code": [
                 {

@@ -57,10 +57,10 @@ class CameraValues:
 class MeshValues:
     """Triangles in object space: positions (n, 3), triangles (m, 3), corner_normals (3m, 3),
     material_slots (m,). UV maps (3m, 2) and linear colour attributes (3m, 3) have names; the one
-    that renders by default comes first. `held_colors`: of those attributes the values of the user's
-    mesh, (n, 3) one for each vertex or corner, and which of them each corner shows, (3m,); none
-    where modifiers make another mesh. `own_vertices`: whether the positions are those of the user's
-    mesh, without modifiers. `other_attributes`: names of what is not read. `vectors`:
+    that renders by default comes first. `stored_colors`: of those attributes the values of the
+    user's mesh, (n, 3) one for each vertex or corner, and which of them each corner shows, (3m,);
+    none where modifiers make another mesh. `own_vertices`: whether the positions are those of
+    the user's mesh, without modifiers. `other_attributes`: names of what is not read. `vectors`:
     (3m, 3) made for shaders, by their names."""
 
     name: str
@@ -72,7 +72,7 @@ class MeshValues:
     colors: tuple[tuple[str, np.ndarray], ...] = ()
     other_attributes: tuple[str, ...] = ()
     vectors: tuple[tuple[str, np.ndarray], ...] = ()
-    held_colors: tuple[tuple[str, np.ndarray, np.ndarray], ...] = ()
+    stored_colors: tuple[tuple[str, np.ndarray, np.ndarray], ...] = ()
     own_vertices: bool = True
 
 

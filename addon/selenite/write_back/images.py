@@ -21,6 +21,7 @@ from ..parameters import Parameter
 from ..problems import BadInput, Problem
 from ..scene_read import hosts
 from ..scene_read.shading import materials, nodes
+from ..scene_read.shading.graph.tree import parted
 from ..scene_read.shading.nodes import Groups
 from ..scene_read.values import SceneValues
 from . import datablock
@@ -98,6 +99,54 @@ def show(values: SceneValues, name: str, path: str, parameter: str = "base_color
     material[_MATERIAL] = name
     _drop_unused()
     return done
+
+
+def show_in_node(values: SceneValues, name: str, path: str, node: str) -> str:
+    """The same for the Image Texture of that name in the graph of a material, behind the names of
+    the groups around it: GROUP/NODE."""
+    title = f"Material '{name}'"
+    owner = values.owners.get(name)
+    material = datablock(bpy.data.materials, owner) if owner is not None else None
+    if material is None:
+        raise BadInput(Problem(title, "it is gone", "undo its removal"))
+    found, groups = _node_named(material, node, title)
+    if reason := _why_fixed(material, groups, f"image of '{node}'"):
+        raise _refusal(title, reason)
+    path = str(Path(path).absolute())
+    is_data = found.image is not None and hosts.is_data(found.image)
+    image = _load(path, is_data=is_data)
+    notes = json.loads(material.get(_BEFORE, "[]"))
+    if found.image is not None:
+        material[f"{_REPLACED}_{len(notes)}"] = found.image
+    note = _note(material, _tree_around(found)) | {"node": found.name}
+    found.image = image
+    material[_BEFORE] = json.dumps([*notes, note])
+    material[_MATERIAL] = name
+    _drop_unused()
+    return f"{title} now takes its image of '{node}' from {path}"
+
+
+def _node_named(
+    material: bpy.types.Material, name: str, title: str
+) -> tuple[bpy.types.ShaderNodeTexImage, Groups]:
+    """Raises BadInput."""
+    tree, rest = material.node_tree, name
+    groups: Groups = ()
+    while tree is not None:
+        for node in tree.nodes:
+            if isinstance(node, bpy.types.ShaderNodeTexImage) and parted(node.name) == rest:
+                return node, groups
+        within = (
+            node
+            for node in tree.nodes
+            if node.bl_idname == "ShaderNodeGroup" and rest.startswith(f"{parted(node.name)}/")
+        )
+        group = next(within, None)
+        if group is None:
+            break
+        tree, rest = group.node_tree, rest.removeprefix(f"{parted(group.name)}/")
+        groups = (*groups, group)
+    raise BadInput(Problem(title, f"its node '{name}' is gone", "undo its removal"))
 
 
 def restore(name: str) -> None:

@@ -8,7 +8,7 @@ from ..scene_read.values import SceneValues
 from . import images, vertex_colors, vertex_positions
 
 _VERTEX_COLORS, _VERTEX_POSITIONS = "vertex_colors", "vertex_positions"
-_SUFFIX = "_texture"
+_SUFFIX, _NODE = "_texture", ".image"
 
 
 def show(values: SceneValues, name: str, path: str) -> str:
@@ -19,6 +19,8 @@ def show(values: SceneValues, name: str, path: str) -> str:
         return vertex_colors.show(values, owner, path)
     if parameter == _VERTEX_POSITIONS:
         return vertex_positions.show(values, owner, path)
+    if parameter.endswith(_NODE):
+        return images.show_in_node(values, owner, path, parameter.removesuffix(_NODE))
     return images.show(values, owner, path, parameter.removesuffix(_SUFFIX))
 
 

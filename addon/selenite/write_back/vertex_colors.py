@@ -29,8 +29,8 @@ _BEFORE = ".selenite_vertex_colors"
 
 def show(values: SceneValues, name: str, path: str) -> str:
     """Gives the colour attribute that the materials of object `name` show the colours of a .npy
-    file, (n, 3) linear, one for each of its values; their alpha stays. Returns what was done. Raises
-    BadInput, and then nothing has changed."""
+    file, (n, 3) linear, one for each of its values; their alpha stays. Returns what was done.
+    Raises BadInput, and then nothing has changed."""
     title = f"Object '{name}'"
     mesh = _mesh(name, title)
     attribute = mesh_colors.shown_colors(values, mesh_colors.object_of(values, name, title), title)[
@@ -40,26 +40,25 @@ def show(values: SceneValues, name: str, path: str) -> str:
     if target is None:
         raise BadInput(Problem(title, f"its colour attribute '{attribute}' is gone", "undo that"))
     colors = _colors(path)
-    held = _values(target)
-    if len(colors) != len(held):
-        cause = f"its colour attribute '{attribute}' has {len(held)} values, not {len(colors)}"
+    stored = _values(target)
+    if len(colors) != len(stored):
+        cause = f"its colour attribute '{attribute}' has {len(stored)} values, not {len(colors)}"
         raise BadInput(Problem(title, cause, "undo what has changed the mesh since the fit"))
-    if _CHANGED not in mesh:
+    if _CHANGED not in list(mesh.keys()):
         kept = _attributes(mesh).new(_BEFORE, target.data_type, target.domain)
         # A new attribute moves those that were found before.
         target = cast("BpyStruct", hosts.color_attribute(mesh, attribute))
-        kept.data.foreach_set("color", held.ravel())
+        kept.data.foreach_set("color", stored.ravel())
         mesh[_CHANGED] = attribute
-    target.data.foreach_set("color", np.column_stack([colors, held[:, 3]]).ravel())
+    target.data.foreach_set("color", np.column_stack([colors, stored[:, 3]]).ravel())
     mesh.update()
     return f"{title} now has the colours of {Path(path).absolute()} as '{attribute}'"
 
 
 def restore(name: str) -> None:
     """Undoes `show`; what is gone meanwhile is passed over."""
-    item = bpy.data.objects.get(name)
-    mesh = item.data if item is not None else None
-    if not isinstance(mesh, bpy.types.Mesh) or _CHANGED not in mesh:
+    mesh = _mesh_of(name)
+    if mesh is None or _CHANGED not in list(mesh.keys()):
         return
     target = hosts.color_attribute(mesh, mesh[_CHANGED])
     kept = _attributes(mesh).get(_BEFORE)
@@ -74,13 +73,18 @@ def restore(name: str) -> None:
 
 def _mesh(name: str, title: str) -> bpy.types.Mesh:
     """Raises BadInput."""
-    item = bpy.data.objects.get(name)
-    mesh = item.data if item is not None else None
-    if not isinstance(mesh, bpy.types.Mesh):
+    mesh = _mesh_of(name)
+    if mesh is None:
         raise BadInput(Problem(title, "it is gone", "undo its removal"))
     if why := nodes.why_owner_fixed(mesh):
         raise BadInput(Problem(title, f"its mesh is {why}", "make it local"))
     return mesh
+
+
+def _mesh_of(name: str) -> bpy.types.Mesh | None:
+    item: bpy.types.Object | None = bpy.data.objects.get(name)
+    mesh = item.data if item is not None else None
+    return mesh if isinstance(mesh, bpy.types.Mesh) else None
 
 
 def _attributes(mesh: bpy.types.Mesh) -> BpyStruct:

@@ -62,10 +62,28 @@ class ShaderReader {
     for (const auto& table : values_["tables"]) add_table(table.cast<py::dict>());
     for (const auto& code : values_["code"]) add_code(code.cast<py::dict>());
     for (const auto& closure : values_["closures"]) add_closure(closure.cast<py::dict>());
+    if (values_.contains("images"))
+      for (const auto& image : values_["images"]) add_image(image.cast<py::dict>());
     material_.shader = finished(std::move(shader_), material_.name);
   }
 
  private:
+  void add_image(const py::dict& row) {
+    ShaderImage image;
+    image.name = row["name"].cast<std::string>();
+    image.channels = row["channels"].cast<int>();
+    image.map.field = row["texture"].cast<int>();
+    if (image.map.field < 0 || image.map.field >= static_cast<int>(shader_.textures.size()))
+      throw InvalidArgument(who_ + "image " + std::to_string(image.map.field) +
+                            " is none of its textures");
+    image.map.texture = shader_.textures[static_cast<std::size_t>(image.map.field)];
+    image.map.attribute = row["attribute"].cast<std::string>();
+    const auto uv = row["uv"].cast<Array<float>>();
+    require_shape(uv, who_ + "uv", {2, 3});
+    std::copy(uv.data(), uv.data() + 6, image.map.uv.begin());
+    material_.images.push_back(std::move(image));
+  }
+
   void add_constant(const py::dict& row) {
     ShaderConstant constant;
     constant.texts = std::make_shared<const std::array<std::string, 3>>(

@@ -16,6 +16,8 @@ namespace selenite {
 /// code: [{op, in: [register], mode: name or number, flags: [name], item, shift, width}]
 /// closures: [{kind, inputs: {parameter: register}, weight, normal, tangent, distribution, flavour,
 ///             subsurface, physical_refraction}]
+/// images: [{name, texture: of `textures`, attribute: UV map, uv: (2, 3), channels: 1 or 3}], those that
+///   can be unknown; may be left out
 ///
 /// KeyError: a name that is none of the known ones. ValueError: a number that does not fit.
 void set_shader(Material& material, const std::vector<std::shared_ptr<const Texture>>& textures,

@@ -10,7 +10,7 @@ Visibility::Visibility(const Scene& scene, const std::vector<bool>& transparent)
     uneven = uneven || (kinds & wanted) != wanted;
   };
   constexpr int kNoLimit = std::numeric_limits<int>::max();
-  const auto& [materials, lights, world] = scene.appearance;
+  const auto& [materials, lights, world, mesh_colors] = scene.appearance;
   for (const Instance& object : scene.geometry->instances()) {
     add(object.visible_to, kScatteredRays | kShadowRay);
     uneven = uneven || !object.links.are_all();

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...fit.checkpoint import RESULT
-from ...fit.field_kinds import KINDS
+from ...fit.field_kinds import field_kind
 from ...fit.request import UnknownRequest
 from ...parameters import split_name
 from ...paths import absolute, is_folder
@@ -52,9 +52,9 @@ def begin_at(scene: BpyStruct, values: SceneValues, folder: Path) -> SceneValues
     with_grids = set()
     for name, file in files.items():
         owner, parameter = split_name(name)
-        if KINDS[parameter].is_of_body:
+        if field_kind(parameter).is_of_body:
             shows.append(partial(surfaces.show, values, name, str(file)))
-        elif KINDS[parameter].is_environment:
+        elif field_kind(parameter).is_environment:
             shows.append(partial(environments.show, scene, values, str(file)))
         else:
             with_grids.add(owner)
@@ -79,7 +79,7 @@ def starting_there(
         replace(item, grid=str(files[name]))
         if not item.grid
         and (name := f"{item.owner}:{item.parameter}") in files
-        and KINDS[item.parameter].is_grid
+        and field_kind(item.parameter).is_grid
         else item
         for item in unknowns
     )

@@ -10,12 +10,13 @@ from dataclasses import replace
 from ... import parameters
 from ...problems import BadInput, Problem
 from ...scene_read.values import SceneValues
-from ..field_kinds import KINDS
+from ..field_kinds import field_kind, kind_of
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from ..unknowns import Unknown
 from .base import FieldUnknown, means
 from .environment import EnvironmentUnknown, environment_unknown, fitted_environment, own_name
+from .graph_images import graph_image_unknown
 from .grids import GridUnknown, fitted_grids, grid_unknown, with_grids
 from .images import ImageUnknown, image_unknown
 from .seen import SurfaceUnknown
@@ -31,8 +32,8 @@ __all__ = [
 
 def split(requests: Sequence[UnknownRequest]) -> tuple[list[UnknownRequest], list[UnknownRequest]]:
     """(those with one value, fields)."""
-    fields = [item for item in requests if item.parameter in KINDS]
-    return [item for item in requests if item.parameter not in KINDS], fields
+    fields = [item for item in requests if kind_of(item.parameter) is not None]
+    return [item for item in requests if kind_of(item.parameter) is None], fields
 
 
 def choose(
@@ -46,7 +47,7 @@ def choose(
     found: list[FieldUnknown] = []
     for request in requests:
         title = f"Parameter '{parameters.join_name(request.owner, request.parameter)}'"
-        kind = KINDS[request.parameter]
+        kind = field_kind(request.parameter)
         if kind.is_environment:
             request = replace(request, owner=own_name(scene, request.owner))
         fitted = {item.parameter.name for item in others if item.owner == request.owner}
@@ -73,7 +74,7 @@ def _field(
     title: str,
 ) -> FieldUnknown:
     """Raises BadInput."""
-    kind = KINDS[request.parameter]
+    kind = field_kind(request.parameter)
     if not kind.is_environment and (request.size is not None or request.projection):
         cause = "only the world's image has a number of texels and a projection"
         raise BadInput(Problem(title, cause, "leave them out, or fit World:environment"))
@@ -81,6 +82,8 @@ def _field(
         return vertices_unknown(scene, request, settings, title)
     if kind.is_mesh:
         return vertex_colors_unknown(scene, request, settings, title)
+    if kind.is_graph_image:
+        return graph_image_unknown(scene, request, settings, title)
     if kind.is_image:
         return image_unknown(scene, request, settings, title)
     if kind.is_environment:

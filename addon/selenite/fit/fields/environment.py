@@ -18,7 +18,7 @@ from ...parameters import Values
 from ...paths import file_stems
 from ...problems import BadInput, Problem, listed
 from ...scene_read.values import Owner, SceneValues, WorldValues
-from ..field_kinds import KINDS
+from ..field_kinds import field_kind
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from ..unknowns import Unknown
@@ -183,7 +183,8 @@ def environment_unknown(
         grid="" if request.grid.isdecimal() else request.grid,
     )
     return EnvironmentUnknown(
-        owner.name, KINDS[request.parameter], low, high, rate, float(np.mean(sphere.mean(clamped))),
+        owner.name, field_kind(request.parameter), low, high, rate,
+        float(np.mean(sphere.mean(clamped))),
         filled, file_stems(scene.owners)[owner.name], clamped, notes,
     )  # fmt: skip
 
@@ -196,7 +197,7 @@ def _world_of(scene: SceneValues, request: UnknownRequest, title: str) -> Owner:
     if request.owner != owner.name:
         cause = f"'{request.owner}' is not the world"
         raise BadInput(Problem(title, cause, f"call it {_NAME}:environment"))
-    if reason := owner.fixed.get(KINDS[request.parameter].parameter):
+    if reason := owner.fixed.get(field_kind(request.parameter).parameter):
         cause, _, cure = reason.partition(": ")
         raise BadInput(Problem(title, cause, cure or "give the world a Background node"))
     return owner

@@ -16,7 +16,7 @@ from ...parameters import Values
 from ...paths import file_stems
 from ...problems import BadInput, Problem
 from ...scene_read.values import GridValues, Owner, SceneValues
-from ..field_kinds import KINDS, FieldKind
+from ..field_kinds import FieldKind, field_kind
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from ..unknowns import Unknown
@@ -112,7 +112,7 @@ def grid_unknown(
     title: str,
 ) -> GridUnknown:
     """The grid that a request asks for, with its start. Raises BadInput."""
-    kind = KINDS[request.parameter]
+    kind = field_kind(request.parameter)
     owner = material_of(scene, request, title)
     fitted = {item.parameter.name for item in others if item.owner == owner.name}
     if request.unseen:
@@ -148,7 +148,7 @@ def _bounds(
 
 def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str) -> GridValues:
     """From a file, from the scene, or one value in as many voxels as asked for."""
-    kind = KINDS[request.parameter]
+    kind = field_kind(request.parameter)
     material = next(item for item in scene.materials if item.name == owner.name)
     own = material.grids.get(kind.use)
     fill = request.start

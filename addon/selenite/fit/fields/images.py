@@ -14,7 +14,7 @@ from ...parameters import Values
 from ...paths import file_stems
 from ...problems import BadInput, Problem, listed
 from ...scene_read.values import MapValues, Owner, SceneValues, TextureValues, greyed
-from ..field_kinds import KINDS
+from ..field_kinds import field_kind
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from .base import is_share, material_of, means, picture_of, rate_of, share_bounds, whole_number
@@ -36,6 +36,21 @@ class ImageUnknown(SurfaceUnknown):
     start: MapValues
 
     @property
+    def channels(self) -> int:
+        """Numbers of a texel."""
+        return self.kind.channels
+
+    @property
+    def is_light(self) -> bool:
+        """Whether its texels reflect or emit more where they are larger: colours of a parameter."""
+        return self.channels > 1 and not self.kind.is_graph_image
+
+    @property
+    def file_stem(self) -> str:
+        """Of its files' names."""
+        return f"{self.stem}_{self.kind.use}"
+
+    @property
     def texture(self) -> TextureValues:
         """The image at the start."""
         assert self.start.texture is not None  # noqa: S101 - made by `image_unknown`
@@ -44,7 +59,7 @@ class ImageUnknown(SurfaceUnknown):
     @property
     def values(self) -> np.ndarray:
         """(h, w, 3), or (h, w, 1) of a number, row 0 at the top."""
-        return self.texture.pixels[..., : self.kind.channels]
+        return self.texture.pixels[..., : self.channels]
 
     def starting_at(self, values: np.ndarray) -> ImageUnknown:
         """This image with another start."""
@@ -69,7 +84,7 @@ class ImageUnknown(SurfaceUnknown):
 
     def stored(self, colour: Values) -> np.ndarray:
         """In sRGB where the image is."""
-        return _stored(colour, self.texture.encoded)
+        return stored_colour(colour, self.texture.encoded)
 
     def completed(self, values: np.ndarray, known: np.ndarray) -> np.ndarray:
         """Filled smoothly from the nearest texels that are known."""
@@ -82,8 +97,7 @@ class ImageUnknown(SurfaceUnknown):
     @property
     def files(self) -> list[str]:
         """The image, and a picture of what the photos see of it."""
-        stem = f"{self.stem}_{self.kind.use}"
-        is_png = self.texture.encoded or self.kind.channels == 1
+        stem, is_png = self.file_stem, self.texture.encoded or self.channels == 1
         return [f"{stem}{'.png' if is_png else '.exr'}", f"{stem}_coverage.png"]
 
     def write(self, folder: Path, values: np.ndarray, coverage: np.ndarray | None) -> None:
@@ -111,13 +125,13 @@ def image_unknown(
     scene: SceneValues, request: UnknownRequest, settings: FitSettings, title: str
 ) -> ImageUnknown:
     """The image that a request asks for, with its start. Raises BadInput."""
-    kind = KINDS[request.parameter]
+    kind = field_kind(request.parameter)
     owner = material_of(scene, request, title)
     low, high = share_bounds(request, title)
     rate = rate_of(request, settings, title)
     start = _start(scene, owner, request, title)
     assert start.texture is not None  # noqa: S101 - `_start` gives one
-    texture = start.texture if kind.channels > 1 else _numbers_of(start.texture)
+    texture = start.texture if kind.channels > 1 else numbers_of(start.texture)
     pixels = np.clip(texture.pixels, np.float32(low), np.float32(high))
     material = next(item for item in scene.materials if item.name == owner.name)
     of_scene = kind.use in material.maps and not request.grid and request.start is None
@@ -168,7 +182,7 @@ def _halved(values: np.ndarray) -> np.ndarray:
     return padded.reshape((height + 1) // 2, 2, (width + 1) // 2, 2, -1).sum(axis=(1, 3))
 
 
-def _numbers_of(texture: TextureValues) -> TextureValues:
+def numbers_of(texture: TextureValues) -> TextureValues:
     """The image with the numbers that a socket takes of it, linear, in all channels."""
     pixels = texture.pixels
     linear = native.image().srgb_decode(pixels) if texture.encoded else pixels
@@ -180,7 +194,7 @@ def _numbers_of(texture: TextureValues) -> TextureValues:
 
 def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str) -> MapValues:
     """From a file, from the scene, or one colour in as many texels as asked for."""
-    kind = KINDS[request.parameter]
+    kind = field_kind(request.parameter)
     words = kind.use.replace("_", " ").replace("color", "colour")
     material = next(item for item in scene.materials if item.name == owner.name)
     own = material.maps.get(kind.use)
@@ -198,10 +212,7 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
         cure = cure or f"give it a Principled BSDF with a {words}"
         raise BadInput(Problem(title, cause, cure))
     _check_use(scene, owner, title)
-    fill = request.start
-    if fill is not None and not is_share(fill):
-        cause = f"its start is {', '.join(f'{x:g}' for x in fill)}"
-        raise BadInput(Problem(title, cause, "give 1 or 3 numbers in [0, 1]"))
+    fill = fill_of(request, title)
     is_colour = kind.channels > 1
     start = own or MapValues(TextureValues("", np.empty(0), is_colour, "REPEAT", "Linear"), "")
     texture = start.texture
@@ -213,7 +224,7 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
     if request.grid and not request.grid.isdecimal():
         if fill is not None:
             raise BadInput(Problem(title, "it has two starts", "give --start or a file"))
-        return replace(start, texture=_from_file(request.grid, texture, title))
+        return replace(start, texture=from_file(request.grid, texture, title))
     if own is not None and not request.grid:
         if fill is None:
             return own
@@ -227,9 +238,18 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
     colour = fill or constant
     assert colour is not None  # noqa: S101 - see above
     pixels = np.empty(shape, np.float32)
-    pixels[:] = _stored(colour, texture.encoded)
+    pixels[:] = stored_colour(colour, texture.encoded)
     name = texture.name or f"{owner.name} {kind.use}"
     return replace(start, texture=replace(texture, name=name, pixels=pixels))
+
+
+def fill_of(request: UnknownRequest, title: str) -> Values | None:
+    """One value at all texels, where a request has one. Raises BadInput."""
+    fill = request.start
+    if fill is not None and not is_share(fill):
+        cause = f"its start is {', '.join(f'{x:g}' for x in fill)}"
+        raise BadInput(Problem(title, cause, "give 1 or 3 numbers in [0, 1]"))
+    return fill
 
 
 def _check_use(scene: SceneValues, owner: Owner, title: str) -> None:
@@ -241,13 +261,13 @@ def _check_use(scene: SceneValues, owner: Owner, title: str) -> None:
         raise BadInput(Problem(title, cause, "unwrap the mesh (UV > Smart UV Project)"))
 
 
-def _from_file(path: str, like: TextureValues, title: str) -> TextureValues:
+def from_file(path: str, like: TextureValues, title: str) -> TextureValues:
     """A picture in place of another: floats are linear, all else is sRGB."""
     pixels, floats = picture_of(path, title)
     stored = pixels if floats else native.image().srgb_encode(pixels)
     return replace(like, name=Path(path).name, pixels=stored, encoded=not floats)
 
 
-def _stored(colour: Values, encoded: bool) -> np.ndarray:
+def stored_colour(colour: Values, encoded: bool) -> np.ndarray:
     numbers = np.asarray(colour, np.float32)
     return native.image().srgb_encode(numbers) if encoded else numbers

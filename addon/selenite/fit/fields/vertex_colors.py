@@ -14,10 +14,11 @@ from ...paths import file_stems
 from ...problems import BadInput, Problem
 from ...scene_read.mesh_colors import object_of, shown_colors
 from ...scene_read.values import SceneValues
-from ..field_kinds import KINDS
+from ..field_kinds import field_kind
 from ..request import UnknownRequest
 from ..settings import FitSettings
-from .base import is_share, rate_of, share_bounds
+from .base import rate_of, share_bounds
+from .images import fill_of
 from .seen import SurfaceUnknown, unseen_of
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, eq=False)
 class VertexColorsUnknown(SurfaceUnknown):
     """`mesh`: its number in the scene. `attribute`: its name. `start`: (n, 3) float32, linear, one
-    for each vertex or corner. `elements`: (3m,) which of them each corner of the triangles shows."""
+    for each vertex or corner. `elements`: (3m,) which of them a corner of a triangle shows."""
 
     mesh: int
     attribute: str
@@ -52,9 +53,9 @@ class VertexColorsUnknown(SurfaceUnknown):
             colors=tuple(
                 (name, shown if name == self.attribute else own) for name, own in mesh.colors
             ),
-            held_colors=tuple(
+            stored_colors=tuple(
                 (name, self.start if name == self.attribute else own, elements)
-                for name, own, elements in mesh.held_colors
+                for name, own, elements in mesh.stored_colors
             ),
         )
         meshes = [mesh if i == self.mesh else item for i, item in enumerate(scene.meshes)]
@@ -117,17 +118,14 @@ def vertex_colors_unknown(
     owner = object_of(scene, request.owner, title)
     low, high = share_bounds(request, title)
     rate = rate_of(request, settings, title)
-    name, held, elements = shown_colors(scene, owner, title)
-    own = np.clip(held, np.float32(low), np.float32(high))
+    name, stored, elements = shown_colors(scene, owner, title)
+    own = np.clip(stored, np.float32(low), np.float32(high))
     if request.grid:
         cause = f"it starts at the colour attribute '{name}', not at '{request.grid}'"
         raise BadInput(Problem(title, cause, "leave the file out, or give --start"))
-    fill = request.start
+    fill = fill_of(request, title)
     if fill is not None:
-        if not is_share(fill):
-            cause = f"its start is {', '.join(f'{x:g}' for x in fill)}"
-            raise BadInput(Problem(title, cause, "give 1 or 3 numbers in [0, 1]"))
-        own = np.broadcast_to(np.clip(np.asarray(fill, np.float32), low, high), held.shape)
+        own = np.broadcast_to(np.clip(np.asarray(fill, np.float32), low, high), stored.shape)
     filled = replace(
         request,
         minimum=low,
@@ -137,6 +135,6 @@ def vertex_colors_unknown(
     )
     stem = file_stems([item.name for item in scene.objects])[owner.name]
     return VertexColorsUnknown(
-        owner.name, KINDS[request.parameter], low, high, rate, 1.0, filled, stem, filled.unseen,
-        owner.mesh, name, np.ascontiguousarray(own, np.float32), elements,
+        owner.name, field_kind(request.parameter), low, high, rate, 1.0, filled, stem,
+        filled.unseen, owner.mesh, name, np.ascontiguousarray(own, np.float32), elements,
     )  # fmt: skip

@@ -10,12 +10,12 @@ import numpy as np
 
 from ... import native, parameters
 from ...scene_read.values import MaterialValues, SceneValues
-from ..field_kinds import KINDS
+from ..field_kinds import field_kind
 from ..request import UnknownRequest
 from .request import StageRequest
 
 _IMAGE = "base_color_texture"
-_COLOUR = KINDS[_IMAGE].single
+_COLOUR = field_kind(_IMAGE).single
 
 
 def with_colours(

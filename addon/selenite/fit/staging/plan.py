@@ -12,7 +12,7 @@ from ...capture.prepared import Capture
 from ...parameters import Values
 from ...problems import BadInput, Problem
 from ...scene_read.values import SceneValues
-from ..field_kinds import IN_PLACE_OF, KINDS
+from ..field_kinds import IN_PLACE_OF, kind_of
 from ..fields import FieldUnknown
 from ..settings import FitSettings, with_overrides
 from ..unknowns import Unknown, find_parameter
@@ -168,7 +168,7 @@ def _own_name(scene: SceneValues, text: str, title: str, problems: list[Problem]
     except ValueError as error:
         problems.append(Problem(title, str(error), "write OWNER:PARAMETER"))
         return text
-    if name in KINDS:  # `fields` knows it
+    if kind_of(name) is not None:  # `fields` knows it
         return text
     found = find_parameter(scene, owner_name, name, problems, fields=True)
     return text if found is None else parameters.join_name(found[0].name, name)

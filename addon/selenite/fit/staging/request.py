@@ -11,7 +11,7 @@ from ... import parameters
 from ...capture.request import CaptureRequest
 from ...json_text import read_json
 from ...problems import BadInput, Problem, listed
-from ..field_kinds import IN_PLACE_OF, KINDS
+from ..field_kinds import IN_PLACE_OF, field_kind, kind_of
 
 SCHEMA = 1
 #: Where nothing else is asked for.
@@ -190,9 +190,13 @@ def _finds_light_first(names: Sequence[str], captures: Sequence[CaptureRequest])
     one. Each image's colour must be fitted too, or be free by the gains of all photos: else the
     light would take what it is off by."""
     pairs = [parameters.split_name(name) for name in names]
-    fields = [(owner, KINDS[parameter]) for owner, parameter in pairs if parameter in KINDS]
+    fields = [
+        (owner, field_kind(parameter))
+        for owner, parameter in pairs
+        if kind_of(parameter) is not None
+    ]
     images = [(owner, kind) for owner, kind in fields if kind.is_image]
-    others = [name for name in names if parameters.split_name(name)[1] not in KINDS]
+    others = [name for name in names if kind_of(parameters.split_name(name)[1]) is None]
     free = bool(captures) and all(item.gain == "rgb" for item in captures)
     return (
         bool(images)
@@ -204,12 +208,12 @@ def _finds_light_first(names: Sequence[str], captures: Sequence[CaptureRequest])
 
 
 def _is_environment(name: str) -> bool:
-    kind = KINDS.get(parameters.split_name(name)[1])
+    kind = kind_of(parameters.split_name(name)[1])
     return kind is not None and kind.is_environment
 
 
 def _is_of_a_body(name: str) -> bool:
-    return parameters.split_name(name)[1] in KINDS and not _is_environment(name)
+    return kind_of(parameters.split_name(name)[1]) is not None and not _is_environment(name)
 
 
 def _is_light(name: str) -> bool:

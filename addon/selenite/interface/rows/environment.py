@@ -7,7 +7,7 @@ import bpy
 from bpy.props import EnumProperty, IntProperty
 
 from ...environments import sphere
-from ...fit.field_kinds import KINDS
+from ...fit.field_kinds import field_kind
 from ...fit.fields.environment import (
     LEAST_SIZE,
     MOST_SIZE,
@@ -48,7 +48,7 @@ def is_environment(row: bpy.types.PropertyGroup) -> bool:
 def describe(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner) -> None:
     """Fills what the list says of it, and why it cannot be fitted, if it cannot."""
     image = values.world.image
-    row.width, row.unit, row.help = 3, "1", KINDS[NAME].help
+    row.width, row.unit, row.help = 3, "1", field_kind(NAME).help
     row.value = "no image" if image is None else f"{image.shape[1]} x {image.shape[0]}"
     row.reason = ""
     try:

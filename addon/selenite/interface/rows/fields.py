@@ -14,7 +14,14 @@ import bpy
 import numpy as np
 
 from ... import grid_files, parameters, write_back
-from ...fit.field_kinds import KINDS, VERTEX_COLORS, VERTEX_POSITIONS, FieldKind
+from ...fit.field_kinds import (
+    KINDS,
+    VERTEX_COLORS,
+    VERTEX_POSITIONS,
+    FieldKind,
+    field_kind,
+    kind_of,
+)
 from ...fit.fields import FieldUnknown, GridUnknown
 from ...fit.fields.grids import DENSITY_RANGE, USUAL_SIZE
 from ...fit.fields.images import USUAL_TEXELS, image_unknown
@@ -47,37 +54,37 @@ PROPERTIES = (
 
 def is_field(row: bpy.types.PropertyGroup) -> bool:
     """Whether a row or a result is a grid or an image."""
-    return row.parameter in KINDS
+    return kind_of(row.parameter) is not None
 
 
 def is_image(row: bpy.types.PropertyGroup) -> bool:
     """Whether a row or a result is an image."""
-    return is_field(row) and KINDS[row.parameter].is_image
+    return is_field(row) and field_kind(row.parameter).is_image
 
 
 def is_mesh(row: bpy.types.PropertyGroup) -> bool:
     """Whether a row or a result belongs to the mesh of an object."""
-    return is_field(row) and KINDS[row.parameter].is_mesh
+    return is_field(row) and field_kind(row.parameter).is_mesh
 
 
 def is_surface(row: bpy.types.PropertyGroup) -> bool:
     """Whether a row or a result is an image or belongs to a mesh."""
-    return is_field(row) and KINDS[row.parameter].is_surface
+    return is_field(row) and field_kind(row.parameter).is_surface
 
 
 def is_shape(row: bpy.types.PropertyGroup) -> bool:
     """Whether a row or a result is the vertices of an object."""
-    return is_field(row) and KINDS[row.parameter].is_shape
+    return is_field(row) and field_kind(row.parameter).is_shape
 
 
 def is_of_body(row: bpy.types.PropertyGroup) -> bool:
     """Whether a row or a result is an image or something of a mesh."""
-    return is_field(row) and KINDS[row.parameter].is_of_body
+    return is_field(row) and field_kind(row.parameter).is_of_body
 
 
 def is_grid(row: bpy.types.PropertyGroup) -> bool:
     """Whether a row or a result is a grid."""
-    return is_field(row) and KINDS[row.parameter].is_grid
+    return is_field(row) and field_kind(row.parameter).is_grid
 
 
 def offered(values: SceneValues, owner: Owner) -> list[str]:
@@ -126,7 +133,7 @@ def _shows_colors(values: SceneValues, name: str) -> bool:
 
 def own_values(values: SceneValues, owner: Owner, parameter: str) -> np.ndarray | None:
     """The grid or image that the scene has, the channels last; None where it has a constant."""
-    kind, material = KINDS[parameter], _material(values, owner)
+    kind, material = field_kind(parameter), _material(values, owner)
     if material is None:
         return None
     if not kind.is_image:
@@ -141,7 +148,7 @@ def describe(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner) ->
     if environment_rows.is_environment(row):
         environment_rows.describe(row, values, owner)
         return
-    kind, own = KINDS[row.parameter], own_values(values, owner, row.parameter)
+    kind, own = field_kind(row.parameter), own_values(values, owner, row.parameter)
     row.width, row.unit, row.help = kind.channels, "1", kind.help
     row.value = f"no {'image' if kind.is_image else 'grid'}"
     if kind.is_mesh or kind.is_shape:
@@ -158,7 +165,7 @@ def reset(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner | None
         environment_rows.reset(row, values)
         return
     own = own_values(values, owner, row.parameter) if owner is not None else None
-    colour = owner.values.get(KINDS[row.parameter].single) if owner is not None else None
+    colour = owner.values.get(field_kind(row.parameter).single) if owner is not None else None
     row.grid_from = "new" if own is None else "scene"
     row.voxels, row.texels, row.unseen = USUAL_SIZE, USUAL_TEXELS, "auto"
     row.minimum, row.maximum, row.start = 0.0, 1.0, (0.8, 0.8, 0.8)
@@ -167,7 +174,7 @@ def reset(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner | None
         row.learning_rate = USUAL_RATE
     if is_image(row) and colour is not None:
         row.start = (colour * 3)[:3]
-    if KINDS[row.parameter].use == "density":
+    if field_kind(row.parameter).use == "density":
         largest = float(own.max()) if own is not None else 0.0
         row.maximum, row.start = DENSITY_RANGE * (largest or 1.0), (1.0, 1.0, 1.0)
 
@@ -221,7 +228,7 @@ def fitted_grids(scene: bpy.types.Scene) -> dict[str, dict[str, GridValues]]:
     found: dict[str, dict[str, GridValues]] = {}
     for row in scene.selenite.results:
         if is_grid(row):
-            use = KINDS[row.parameter].use
+            use = field_kind(row.parameter).use
             grid = GridValues(
                 f"{row.owner} {use}",
                 grid_files.read(row.grid_file),
@@ -247,7 +254,7 @@ def replaced(scene: bpy.types.Scene) -> set[tuple[str, str]]:
         (row.owner, name)
         for row in scene.selenite.results
         if is_field(row)
-        for name in (volumes.PARAMETERS if is_grid(row) else (KINDS[row.parameter].single,))
+        for name in (volumes.PARAMETERS if is_grid(row) else (field_kind(row.parameter).single,))
         if name
     }
 
@@ -304,14 +311,13 @@ def _why_not(values: SceneValues, owner: Owner, parameter: str) -> str:
     one texel, whatever the row starts from."""
     try:
         request = UnknownRequest(owner.name, parameter)
-        if KINDS[parameter].is_shape:
+        if field_kind(parameter).is_shape:
             vertices_unknown(values, request, FitSettings(), "")
-        elif KINDS[parameter].is_mesh:
+        elif field_kind(parameter).is_mesh:
             vertex_colors_unknown(values, request, FitSettings(), "")
-        else:
-            image_unknown(
-                values, UnknownRequest(owner.name, parameter, grid="1"), FitSettings(), ""
-            )
+        elif not field_kind(parameter).is_graph_image:
+            request = UnknownRequest(owner.name, parameter, grid="1")
+            image_unknown(values, request, FitSettings(), "")
     except BadInput as error:
         return "; ".join(f"{item.cause}: {item.cure}" for item in error.problems)
     return ""

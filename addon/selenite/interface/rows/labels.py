@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ... import parameters
-from ...fit.field_kinds import KINDS
+from ...fit.field_kinds import NODE_IMAGE, field_kind, kind_of
 from ...parameters import Parameter
 from ...scene_read import hosts
 from ..texts import shown, translated
@@ -16,14 +16,16 @@ _UNITS = {"1": "", "scale": ""}
 
 def label_of(row: bpy.types.PropertyGroup) -> str:
     """ "Transmission Weight" in Blender 4, "Transmission" in 3; in the interface's language."""
-    if row.parameter in KINDS:
-        kind = KINDS[row.parameter]
+    if kind_of(row.parameter) is not None:
+        kind = field_kind(row.parameter)
         if row.kind == "world":
             return f"{translated('World')}: {translated('Image')}"
         if kind.is_shape:
             return translated("Vertex Positions")
         if kind.is_mesh:
             return translated("Vertex Colors")
+        if kind.is_graph_image:
+            return f"{row.parameter.removesuffix(NODE_IMAGE)}: {translated('Image')}"
         if kind.is_image:
             input_of = socket_name(parameters.table()["material", kind.use])
             return f"{translated(input_of)}: {translated('Image')}"

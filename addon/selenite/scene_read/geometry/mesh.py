@@ -107,8 +107,8 @@ def _triangles(
         read.problems.append(Problem(f"Object '{evaluated.name}'", cause, cure))
     check()
     uv_maps = hosts.corner_uv_maps(mesh, corners)
-    held = hosts.held_colors(mesh, corners, vertices)
-    colors = tuple((name, np.take(values, where, axis=0)) for name, values, where in held)
+    stored = hosts.stored_colors(mesh, corners, vertices)
+    colors = tuple((name, np.take(values, where, axis=0)) for name, values, where in stored)
     check()
     triangles, slots = vertices.reshape(-1, 3), _slots(mesh, evaluated)
     known = {name for name, _ in (*uv_maps, *colors)}
@@ -126,7 +126,7 @@ def _triangles(
         kept = np.repeat(good, 3)
         uv_maps = tuple((name, values[kept]) for name, values in uv_maps)
         colors = tuple((name, values[kept]) for name, values in colors)
-        held = tuple((name, values, where[kept]) for name, values, where in held)
+        stored = tuple((name, values, where[kept]) for name, values, where in stored)
         if not len(triangles):
             return None
     return MeshValues(
@@ -137,7 +137,7 @@ def _triangles(
         material_slots=slots,
         uv_maps=uv_maps,
         colors=colors,
-        held_colors=held if _is_own_mesh(mesh, evaluated) else (),
+        stored_colors=stored if _is_own_mesh(mesh, evaluated) else (),
         own_vertices=_is_own_mesh(mesh, evaluated) and not _is_modified(evaluated),
         other_attributes=others,
     )

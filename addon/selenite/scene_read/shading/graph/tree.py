@@ -27,6 +27,11 @@ MAKERS: dict[str, Maker] = {}
 _PARTED = str.maketrans(":,=", "___")
 
 
+def parted(name: str) -> str:
+    """A name as it stands on the command line."""
+    return name.translate(_PARTED)
+
+
 def maker(*names: str) -> Callable[[Maker], Maker]:
     """Registers a maker for the node types of these names."""
 
