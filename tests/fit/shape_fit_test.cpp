@@ -22,8 +22,7 @@ Scene body(const std::function<double(const Vec3d&)>& factor, int rings) {
   for (Vec3f& p : mesh.positions) p = Vec3f(Vec3d(p) * factor(normalize(Vec3d(p))));
   const int object = place(builder, std::move(mesh), builder.add_material(matte("Body", 0.7)));
   builder.instances[object].name = "Body";
-  place(builder, quad_mesh(4), builder.add_material(matte("Floor", 0.4)),
-        translation({0, 0, -1}));
+  place(builder, quad_mesh(4), builder.add_material(matte("Floor", 0.4)), translation({0, 0, -1}));
   builder.add_light(area(120, 2, {2, -1, 3}));
   set_sky(builder, 0.4);
   for (int i = 0; i < 8; ++i) {
@@ -70,23 +69,86 @@ double distance_to_blob(const VertexMatrix& vertices) {
 }
 
 TEST(ShapeFit, GoesFromABallToABlob) {
-  const int size = std::getenv("SIZE") ? std::atoi(std::getenv("SIZE")) : 32;
-  const int rings = std::getenv("RINGS") ? std::atoi(std::getenv("RINGS")) : 8;
-  const int iterations = std::getenv("ITER") ? std::atoi(std::getenv("ITER")) : 40;
-  UnknownVertices unknown{"Body"};
-  if (std::getenv("LR")) unknown.learning_rate = std::atof(std::getenv("LR"));
-  if (std::getenv("LAMBDA")) unknown.smoothness = std::atof(std::getenv("LAMBDA"));
-  const Scene target = body(blob, 24), start = body(ball, rings);
-  FitSettings settings = short_fit(iterations);
-  if (std::getenv("SPP")) settings.spp = std::atoi(std::getenv("SPP"));
-  ShapeFit fit(start, photos_of(target, size, 256), unknown, settings);
+  const Scene target = body(blob, 24), start = body(ball, 8);
+  ShapeFit fit(start, photos_of(target, 24, 256), {"Body"}, short_fit(50));
   const double before = distance_to_blob(fit.result().best);
-  while (fit.step())
-    if (fit.result().iterations % 10 == 0)
-      std::printf("%d %.6f %.5f\n", fit.result().iterations, fit.result().history.back().loss, distance_to_blob(fit.result().last));
+  while (fit.step()) {
+  }
   const ShapeResult found = fit.result();
-  std::printf("%.4f -> %.4f, loss %.6f -> %.6f, %.3f CPU s an iteration\n", before, distance_to_blob(found.best), found.history.front().loss, found.best_loss, found.cpu_seconds / iterations);
-  EXPECT_LT(distance_to_blob(found.best), 0.25 * before);
+  EXPECT_EQ(fit.stopped(), StopReason::kIterations);
+  EXPECT_EQ(found.iterations, 50);
+  EXPECT_LT(distance_to_blob(found.best), 0.35 * before);
+  EXPECT_LT(found.best_loss, 0.1 * found.history.front().loss);
+  // No face is turned over: its normal stays on the side of the body's outside.
+  const Mesh& mesh = start.geometry->meshes()[0];
+  for (const auto& t : mesh.triangles) {
+    const auto corner = [&](int k) {
+      const auto row = found.best.row(t[static_cast<std::size_t>(k)]);
+      return Vec3d{row[0], row[1], row[2]};
+    };
+    const Vec3d normal = cross(corner(1) - corner(0), corner(2) - corner(0));
+    EXPECT_GT(dot(normal, corner(0) + corner(1) + corner(2)), 0);
+  }
+}
+
+TEST(ShapeFit, GoesOnFromItsStateToTheSameBits) {
+  const Scene target = body(blob, 8), start = body(ball, 6);
+  const std::vector<Photo> photos = photos_of(target, 12, 16);
+  ShapeFit whole(start, photos, {"Body"}, short_fit(4)),
+      first(start, photos, {"Body"}, short_fit(4));
+  while (whole.step()) {
+  }
+  first.step();
+  first.step();
+  ShapeFit second(start, photos, {"Body"}, short_fit(4));
+  second.restore(first.saved());
+  while (second.step()) {
+  }
+  EXPECT_EQ(second.result().best, whole.result().best);
+  EXPECT_EQ(second.result().history.size(), whole.result().history.size());
+  ShapeFit other(body(ball, 5), photos, {"Body"}, short_fit(4));
+  EXPECT_THROW(other.restore(first.saved()), InvalidArgument);
+}
+
+TEST(ShapeFit, KeepsVerticesInTheirBox) {
+  const Scene target = body(blob, 8), start = body(ball, 6);
+  UnknownVertices unknown{"Body"};
+  unknown.minimum = unknown.maximum = 0;
+  unknown.learning_rate = 0.1;
+  ShapeFit fit(start, photos_of(target, 12, 16), unknown, short_fit(5));
+  while (fit.step()) {
+  }
+  EXPECT_LE(fit.result().last.cwiseAbs().maxCoeff(), 0.55 + 1e-6);
+}
+
+TEST(ShapeFit, NamesAllThatIsWrong) {
+  const Scene scene = body(ball, 6);
+  std::vector<Photo> photos = photos_of(scene, 8, 2);
+  EXPECT_THROW(ShapeFit(scene, photos, {"Nobody"}, short_fit(1)), UnknownName);
+  UnknownVertices unknown{"Body"};
+  unknown.learning_rate = 0;
+  unknown.smoothness = -1;
+  photos[1].align = true;
+  try {
+    const ShapeFit fit(scene, photos, unknown, short_fit(1));
+    FAIL();
+  } catch (const InvalidArgument& error) {
+    const std::string text = error.what();
+    for (const char* word : {"learning rate", "smoothness", "alignment"})
+      EXPECT_NE(text.find(word), std::string::npos) << text;
+  }
+}
+
+TEST(ShapeJob, CanBeCancelled) {
+  const Scene target = body(blob, 8), start = body(ball, 6);
+  ShapeJob job(start, photos_of(target, 12, 16), {"Body"}, short_fit(100000));
+  job.start();
+  EXPECT_THROW(job.start(), InvalidArgument);
+  job.cancel();
+  job.join();
+  EXPECT_TRUE(job.state().done);
+  EXPECT_EQ(job.state().stopped, StopReason::kCancelled);
+  EXPECT_TRUE(job.state().error.empty());
 }
 
 }  // namespace
