@@ -66,7 +66,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
             "minimum": field.minimum,
             "maximum": field.maximum,
             **trust.UNKNOWN,
-            "unit": "1",
+            "unit": field.UNIT,
             **field.about(found, result.get("coverage", {}).get(field.name)),
         }
         if (agreement := result.get("halves", {}).get(field.name)) is not None:

@@ -162,7 +162,7 @@ bool ShapeFit::step(Progress* progress) {
     best_loss_ = loss;
     best_iteration_ = iteration_;
   }
-  if (last || (settings_.tolerance > 0 && loss < 0)) {
+  if (last) {
     stop(StopReason::kIterations);
     return false;
   }

@@ -41,6 +41,8 @@ class VerticesUnknown(FieldUnknown):
     mesh: int
     start: np.ndarray
     triangles: np.ndarray
+    CHANNELS = ("x", "y", "z")
+    UNIT = "Blender unit"
 
     @property
     def values(self) -> np.ndarray:
