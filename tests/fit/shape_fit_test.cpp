@@ -70,7 +70,7 @@ double distance_to_blob(const VertexMatrix& vertices) {
 
 TEST(ShapeFit, GoesFromABallToABlob) {
   const Scene target = body(blob, 24), start = body(ball, 8);
-  ShapeFit fit(start, photos_of(target, 24, 256), {"Body"}, short_fit(50));
+  ShapeFit fit(start, photos_of(target, 32, 256), {"Body"}, short_fit(50));
   const double before = distance_to_blob(fit.result().best);
   while (fit.step()) {
   }

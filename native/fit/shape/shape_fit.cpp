@@ -70,7 +70,7 @@ ShapeFit::ShapeFit(Scene scene, std::vector<Photo> photos, UnknownVertices unkno
   best_ = positions_;
   best_loss_ = std::numeric_limits<double>::quiet_NaN();
   coordinates_ = smoothing_->apply(positions_);
-  mean_ = VertexMatrix::Zero(positions_.rows(), 3);
+  mean_ = squares_ = VertexMatrix::Zero(positions_.rows(), 3);
   faces_ = faces_of(positions_);
   previews_.resize(photos_.size());
   residuals_.resize(photos_.size());
@@ -169,10 +169,10 @@ bool ShapeFit::step(Progress* progress) {
   ++iteration_;
   const VertexMatrix smooth = smoothing_->solve(gradient);
   mean_ = mean_ * kFirst + smooth * (1 - kFirst);
-  square_ = std::max(kSecond * square_, (1 - kSecond) * square(smooth.cwiseAbs().maxCoeff()));
+  squares_ = squares_ * kSecond + smooth.cwiseAbs2() * (1 - kSecond);
   const double t = iteration_;
   const double first = 1 - std::pow(kFirst, t), second = 1 - std::pow(kSecond, t);
-  const double typical = std::sqrt(square_ / second);
+  const double typical = std::sqrt(squares_.maxCoeff() / second);
   if (!(typical > 0) || !std::isfinite(typical)) return true;
   const double turn = std::cos(std::numbers::pi * (t - 1) / settings_.iterations);
   const double length =
@@ -264,7 +264,7 @@ void ShapeFit::restore(std::string_view saved) {
 }
 
 void ShapeFit::members(SavedState& state) {
-  state(positions_, best_, coordinates_, mean_, square_, iteration_, best_iteration_, best_loss_,
+  state(positions_, best_, coordinates_, mean_, squares_, iteration_, best_iteration_, best_loss_,
         cpu_seconds_, samples_, history_, residuals_);
 }
 

@@ -101,9 +101,9 @@ class ShapeFit {
   std::array<double, 3> low_{}, high_{};  ///< that no vertex leaves
   double size_ = 0;                       ///< diagonal of the box at the start
 
-  VertexMatrix positions_, best_, coordinates_, mean_;
+  VertexMatrix positions_, best_, coordinates_;
+  VertexMatrix mean_, squares_;  ///< moments of the gradient
   Faces faces_;
-  double square_ = 0;  ///< second moment, of all numbers together
   int iteration_ = 0, best_iteration_ = 0;
   double best_loss_ = 0, cpu_seconds_ = 0;
   std::int64_t samples_ = 0;
