@@ -12,6 +12,7 @@
 #include "module/interruptible.h"
 #include "module/named_film.h"
 #include "render/driver/field_gradient.h"
+#include "render/shape/shape_gradient.h"
 
 namespace py = pybind11;
 using namespace pybind11::literals;
@@ -79,9 +80,9 @@ FieldShape field_of(const Scene& scene, const std::string& owner, const std::str
     const EnvironmentMap& image = scene.environment();
     return {EnvironmentRef{}, {image.height(), image.width(), 3}};
   }
-  throw Refused("gradient", "'" + parameter + "' is no image and no colours of a mesh",
+  throw Refused("gradient", "'" + parameter + "' is no image and nothing of a mesh",
                 "give " + std::string(kBaseColorTexture) + ", " + std::string(kVertexColors) +
-                    " or " + std::string(kEnvironment));
+                    ", " + std::string(kVertexPositions) + " or " + std::string(kEnvironment));
 }
 
 /// A loss of what the photo shows, by what is rendered of it.
@@ -108,14 +109,55 @@ PixelLoss loss_of(const Photo& photo, bool squared) {
   };
 }
 
+/// By the vertices of an object, in its own space; the channels together.
+std::pair<NamedFilm, py::array_t<double>> vertex_gradient(const PhotoScene& self,
+                                                          const Photo& photo,
+                                                          const std::string& object, int spp,
+                                                          bool squared, std::uint64_t seed,
+                                                          Progress* progress) {
+  const int instance = movable_object(self.scene, object);
+  const Geometry& geometry = *self.scene.geometry;
+  const Instance& moved = geometry.instances()[instance];
+  const VertexNormals normals(geometry.meshes()[moved.mesh]);
+  NamedFilm out;
+  std::vector<Vec3d> found;
+  {
+    const py::gil_scoped_release release;
+    photo.lights.check(self.scene, "Photo '" + photo.id + "': ");
+    const PixelLoss loss = loss_of(photo, squared);
+    const RenderSettings settings = render_settings(photo, self.sampling(spp, seed));
+    ShapeGradient gradient = render_shape_gradient(
+        photo.lights.applied_to(self.scene), photo.camera_in(self.scene), instance, normals,
+        settings,
+        [&](const Film& film) {
+          Picture slopes(film.size());
+          for (std::size_t pixel = 0; pixel < slopes.size(); ++pixel)
+            if (settings.has(pixel)) slopes[pixel] = loss(pixel, film).slope / 3.0f;
+          return slopes;
+        },
+        progress);
+    out.film = std::move(gradient.film);
+    apply_gain(Colorf(photo.values.gain), out.film);
+    found = std::move(gradient.vertices);
+  }
+  py::array_t<double> by_vertex({std::ssize(found), py::ssize_t{3}});
+  for (py::ssize_t v = 0; v < std::ssize(found); ++v)
+    for (int axis = 0; axis < 3; ++axis)
+      by_vertex.mutable_at(v, axis) =
+          dot(found[static_cast<std::size_t>(v)], moved.to_world.column(axis));
+  return {std::move(out), std::move(by_vertex)};
+}
+
 std::pair<NamedFilm, py::array_t<double>> gradient(const PhotoScene& self, const Photo& photo,
                                                    const std::string& owner,
                                                    const std::string& parameter, int spp,
                                                    const std::string& loss, std::uint64_t seed,
                                                    Progress* progress) {
-  const FieldShape field = field_of(self.scene, owner, parameter);
   if (loss != "mean" && loss != "squared_error")
     throw Refused("gradient", "loss = '" + loss + "' is not mean or squared_error");
+  if (parameter == kVertexPositions)
+    return vertex_gradient(self, photo, owner, spp, loss == "squared_error", seed, progress);
+  const FieldShape field = field_of(self.scene, owner, parameter);
   NamedFilm out;
   if (std::holds_alternative<ImageRef>(field.ref))
     for (int c = 0; c < 3; ++c) {
@@ -167,8 +209,9 @@ Cancelled.)")
            R"((Film, derivative of a loss by each number of an image, (height, width, 3) float64, or
 (height, width, 1) of a number, row 0 at the top, as the image holds them, or of a mesh, (n, 3)).
 
-parameter: as "base_color_texture" of a material, "vertex_colors" of an object or "environment" of the
-world. loss: "mean" of the
+parameter: as "base_color_texture" of a material, "environment" of the world, "vertex_colors" or
+"vertex_positions" of an object: of the latter (n, 3), by the coordinates in the object's own space, of the
+mean over the channels; the film has no Jacobian. loss: "mean" of the
 picture, weighted by the photo's weight, or the unbiased "squared_error" against its pixels, the
 mean over them; each channel for itself. The film's Jacobian is that by a shift of the whole
 (decoded) image of a material.

@@ -197,6 +197,7 @@ void bind_scene(py::module_& m) {
                           "Immutable scene; `with_values` shares its geometry.");
   bind_lights(scene);
   bind_shaders(scene);
+  bind_vertices(scene);
   scene.def_property_readonly("cameras", [](const Scene& s) { return names_of(s.cameras); })
       .def_property_readonly("materials",
                              [](const Scene& s) { return names_of(s.appearance.materials); })

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "math/fault.h"
 #include "scene/accelerator.h"
 #include "scene/enclosure.h"
 
@@ -218,8 +219,7 @@ Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances,
   origin_ = place.origin;
   radius_ = place.radius;
 
-  std::vector<int> prototypes(meshes_.size(), -1);
-  std::vector<Vec3d> middles(meshes_.size());
+  std::vector<std::optional<Vec3d>> middles(meshes_.size());
   for (std::size_t i = 0; i < instances_.size(); ++i) {
     Instance& instance = instances_[i];
     instance.to_world.translate(-origin_);
@@ -228,15 +228,59 @@ Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances,
     if (uses[instance.mesh] == 1) {
       to_world_space(mesh, instance.to_world);
       in_world_space_[i] = 1;
+      continue;
+    }
+    std::optional<Vec3d>& middle = middles[instance.mesh];
+    if (!middle) middle = center(mesh);
+    instance.to_world.translate(instance.to_world.vector(*middle));
+  }
+  build();
+}
+
+Geometry::Geometry(const Geometry& other, Moved moved)
+    : meshes_(other.meshes_),
+      instances_(other.instances_),
+      in_world_space_(other.in_world_space_),
+      to_object_(other.to_object_),
+      closed_(other.closed_),
+      origin_(other.origin_),
+      radius_(other.radius_),
+      dropped_(other.dropped_),
+      accelerator_(std::make_unique<Accelerator>()) {
+  Mesh& mesh = meshes_[instances_[moved.instance].mesh];
+  mesh.positions = std::move(moved.positions);
+  mesh.corner_normals = std::move(moved.corner_normals);
+  build();
+}
+
+std::shared_ptr<const Geometry> Geometry::with_vertices(int instance, std::vector<Vec3f> positions,
+                                                        std::vector<Vec3f> corner_normals) const {
+  const Mesh& mesh = meshes_[instances_[instance].mesh];
+  const std::string who = "Object '" + instances_[instance].name + "'";
+  if (!in_world_space(instance))
+    throw Refused(who, "several objects share mesh '" + mesh.name + "'",
+                  "make it a single user to move its vertices");
+  if (positions.size() != mesh.positions.size() ||
+      corner_normals.size() != mesh.corner_normals.size())
+    throw Refused(who,
+                  std::to_string(positions.size()) + " positions for " +
+                      std::to_string(mesh.positions.size()) + " vertices",
+                  "give one for each of them");
+  return std::shared_ptr<const Geometry>(
+      new Geometry(*this, {instance, std::move(positions), std::move(corner_normals)}));
+}
+
+void Geometry::build() {
+  std::vector<int> prototypes(meshes_.size(), -1);
+  for (std::size_t i = 0; i < instances_.size(); ++i) {
+    const Instance& instance = instances_[i];
+    const Mesh& mesh = meshes_[instance.mesh];
+    if (in_world_space_[i]) {
       accelerator_->add_mesh(mesh.positions, mesh.triangles, instance.visible_to);
       continue;
     }
     int& prototype = prototypes[instance.mesh];
-    if (prototype < 0) {
-      middles[instance.mesh] = center(mesh);
-      prototype = accelerator_->add_prototype(mesh.positions, mesh.triangles);
-    }
-    instance.to_world.translate(instance.to_world.vector(middles[instance.mesh]));
+    if (prototype < 0) prototype = accelerator_->add_prototype(mesh.positions, mesh.triangles);
     std::array<float, 12> matrix;
     for (int column = 0; column < 4; ++column)
       for (int row = 0; row < 3; ++row)

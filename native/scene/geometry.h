@@ -99,6 +99,14 @@ class Geometry {
   Geometry(const Geometry&) = delete;
   Geometry& operator=(const Geometry&) = delete;
 
+  /// The same with other vertices of one instance, relative to `origin`, and the corner normals that
+  /// go with them. Which bodies are closed, and how far the scene reaches, stay as they are.
+  /// InvalidArgument: the instance is not in world space, or there is another number of vertices.
+  std::shared_ptr<const Geometry> with_vertices(int instance, std::vector<Vec3f> positions,
+                                                std::vector<Vec3f> corner_normals) const;
+  /// Whether the mesh of an instance is kept in world space: nothing else uses it.
+  bool in_world_space(int instance) const { return in_world_space_[instance] != 0; }
+
   /// Of spheres around `origin`: one that holds everything, and one with what is next to cameras.
   struct Radii {
     float all = 0, near = 0;
@@ -155,6 +163,14 @@ class Geometry {
   long triangle_count() const;
 
  private:
+  struct Moved {
+    int instance;
+    std::vector<Vec3f> positions, corner_normals;
+  };
+  Geometry(const Geometry& other, Moved moved);
+  /// Makes what follows from the meshes and instances as they are now.
+  void build();
+
   std::vector<Mesh> meshes_;
   std::vector<std::vector<Face>> faces_;  ///< of the meshes
   std::vector<Instance> instances_;

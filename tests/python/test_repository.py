@@ -32,7 +32,7 @@ KNOWS = {
 
 # The folders of a room in their order: each may include itself and those before it
 LAYERS = {
-    "render": ("film", "derivatives", "prepared", "media", "path", "lanes", "driver"),
+    "render": ("film", "derivatives", "prepared", "media", "path", "lanes", "driver", "shape"),
     "fit": (
         "photo",
         "problem",
@@ -43,6 +43,7 @@ LAYERS = {
         "state",
         "phases",
         "run",
+        "shape",
     ),
 }
 

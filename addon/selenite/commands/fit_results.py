@@ -16,7 +16,7 @@ from ..fit import trust
 from ..fit.capture_render import as_found
 from ..fit.checkpoint import Recorder
 from ..fit.field_kinds import IN_PLACE_OF
-from ..fit.fields import EnvironmentUnknown, SurfaceUnknown, fitted_grids
+from ..fit.fields import EnvironmentUnknown, fitted_grids
 from ..fit.job import fitted_values
 from ..fit.plan import FitPlan
 from ..parameters import Values, join_name
@@ -234,7 +234,7 @@ def _hide(scene: BpyStruct, plan: FitPlan) -> None:
         from ..write_back import grids as grid_objects
 
         for item in plan.fields:
-            if item.kind.is_surface:
+            if item.kind.is_of_body:
                 surfaces.restore(item.name)
             elif item.kind.is_environment:
                 environments.restore(scene)
@@ -243,12 +243,8 @@ def _hide(scene: BpyStruct, plan: FitPlan) -> None:
 
 
 def _surfaces(plan: FitPlan, folder: Path) -> dict[str, str]:
-    """Name -> file of each fitted image and of the fitted colours of each mesh."""
-    return {
-        item.name: str(folder / item.files[0])
-        for item in plan.fields
-        if isinstance(item, SurfaceUnknown)
-    }
+    """Name -> file of each fitted image, and of what is fitted of each mesh."""
+    return {item.name: str(folder / item.files[0]) for item in plan.fields if item.kind.is_of_body}
 
 
 def _environment(plan: FitPlan, folder: Path) -> list[str]:

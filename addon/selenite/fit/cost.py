@@ -9,15 +9,15 @@ from dataclasses import replace
 from .. import native
 from ..capture.prepared import Capture
 from ..problems import refused
-from .job import FitJob
+from .job import DESCENT, FitJob
 from .plan import FitPlan
 from .settings import FitSettings
 
 #: Height at which a fit is timed, its iterations, and seconds that are enough to believe.
 _TIMED_HEIGHT, _TIMED_ITERATIONS, _LONG_ENOUGH = 64, 2, 0.5
 #: What a path costs that carries derivatives of scalars, or of every value of a field, in paths
-#: without; docs/measurements/race.md.
-_PATH = {"none": 1.0, "scalars": 1.3, "fields": 2.2}
+#: without; docs/measurements/race.md. Of a shape two pictures, with the edges' paths.
+_PATH = {"none": 1.0, "scalars": 1.3, "fields": 2.2, "shape": 6.0}
 
 
 def sizes_at(captures: Sequence[Capture], height: int) -> list[tuple[str, str, int, int]]:
@@ -57,6 +57,9 @@ def phase_paths(
 ) -> dict[str, float]:
     """As `paths`, by the name of each phase that the fit is expected to have. own: native settings
     in place of those of `settings`."""
+    if any(item.kind.is_shape for item in plan.fields):
+        pixels = pixels_at(plan.captures, settings.height)
+        return {DESCENT: settings.iterations * settings.spp * pixels * _PATH["shape"]}
     with refused("Fit", "change the settings or the bounds"):
         planned = native.core().schedule(
             plan.scene,

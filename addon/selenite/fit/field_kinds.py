@@ -22,7 +22,7 @@ class FieldKind:
     @property
     def of(self) -> str:
         """The kind of its owner, as in the table of parameters."""
-        if self.is_mesh:
+        if self.is_mesh or self.is_shape:
             return "object"
         return "world" if self.is_environment else "material"
 
@@ -38,13 +38,24 @@ class FieldKind:
 
     @property
     def is_mesh(self) -> bool:
-        """Whether it belongs to the mesh of an object."""
-        return self.use == "vertex_colors"
+        """Whether it gives the colours of an object's mesh."""
+        return self.use == VERTEX_COLORS
+
+    @property
+    def is_shape(self) -> bool:
+        """Whether it gives the shape of an object's mesh."""
+        return self.use == VERTEX_POSITIONS
 
     @property
     def is_surface(self) -> bool:
         """Whether photos see some of its places and not others."""
         return self.is_image or self.is_mesh
+
+    @property
+    def is_of_body(self) -> bool:
+        """Whether it is an image on a surface, or belongs to a mesh: `write_back.surfaces` shows
+        these."""
+        return self.is_surface or self.is_shape
 
     @property
     def is_grid(self) -> bool:
@@ -64,7 +75,7 @@ IMAGES = {
     "coat_roughness": 1, "coat_tint": 3, "sheen_weight": 1, "sheen_roughness": 1, "sheen_tint": 3,
     "emission_color": 3, "subsurface_weight": 1,
 }  # fmt: skip
-VERTEX_COLORS = "vertex_colors"
+VERTEX_COLORS, VERTEX_POSITIONS = "vertex_colors", "vertex_positions"
 #: Ends the name of the image of a node; and what that gives.
 NODE_IMAGE, GRAPH_IMAGE = ".image", "graph"
 
@@ -88,6 +99,10 @@ KINDS = {
         FieldKind(
             VERTEX_COLORS, VERTEX_COLORS, 3, "",
             "Colour at each vertex or corner of the object's mesh, as its colour attribute",
+        ),
+        FieldKind(
+            VERTEX_POSITIONS, VERTEX_POSITIONS, 3, "",
+            "Position of each vertex of the object's mesh, in the object's own space",
         ),
         FieldKind(
             "environment", "environment", 3, "color",

@@ -18,11 +18,12 @@ from ..parameters import Values
 from ..problems import BadInput, Failed, Problem, refused
 from . import trust
 from .diagnosis.course import Limits, diagnose, still_falling
+from .fields import VerticesUnknown
 from .plan import FitPlan
 from .staging import plan as stage_plan
 
 if TYPE_CHECKING:
-    from .._core import FitResult, History, Progress, Scene
+    from .._core import Fit, FitResult, History, Progress, Scene, ShapeFit
 
 _DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
 #: Pixels of all photos up to which a diagnosis is made by who polls: some 20 ms. Above it has a
@@ -60,17 +61,8 @@ class FitJob:
         self._notes: tuple[str, ...] = ()
         self._next_diagnosis = 0.0  # by the clock
         self._diagnosing: threading.Thread | None = None
-        unknowns = [item.native() for item in plan.unknowns]
-        unknowns += [item.native() for item in plan.fields]
         with refused("Fit", "change the settings or the bounds"):
-            if plan.stages:
-                stages = [stage.native() for stage in plan.stages]
-                self._fit = native.core().Fit(unknowns, stages=stages)
-            else:
-                photos = [capture.native() for capture in plan.captures]
-                settings = plan.request.settings.native()
-                settings |= {} if refined else {"refinement": "off"}
-                self._fit = native.core().Fit(plan.scene, photos, unknowns, settings)
+            self._fit = _native_fit(plan, refined=refined)
         if state is not None:
             self._restore(state)
 
@@ -192,6 +184,21 @@ class FitJob:
     def closing_notes(self, fit: FitResult) -> tuple[str, ...]:
         """After the end, of its result: what a user should know."""
         return (*self.notes(), *still_falling(fit))
+
+
+def _native_fit(plan: FitPlan, *, refined: bool) -> Fit | ShapeFit:
+    """Raises ValueError, KeyError."""
+    photos = [capture.native() for capture in plan.captures]
+    for item in plan.fields:
+        if isinstance(item, VerticesUnknown):
+            return item.fit(plan.scene, photos, plan.request.settings)
+    unknowns = [item.native() for item in plan.unknowns]
+    unknowns += [item.native() for item in plan.fields]
+    if plan.stages:
+        return native.core().Fit(unknowns, stages=[stage.native() for stage in plan.stages])
+    settings = plan.request.settings.native()
+    settings |= {} if refined else {"refinement": "off"}
+    return native.core().Fit(plan.scene, photos, unknowns, settings)
 
 
 def fitted_values(plan: FitPlan, fit: FitResult) -> dict[tuple[str, str], Values]:

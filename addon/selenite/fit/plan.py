@@ -24,7 +24,7 @@ from ..scene_read.values import SceneValues
 from . import fields as all_fields
 from .diagnosis import gauge
 from .diagnosis.darkness import problems_of_darkness
-from .fields import FieldUnknown
+from .fields import FieldUnknown, vertex_positions
 from .request import RunRequest, UnknownRequest
 from .staging import plan as stage_plan
 from .staging.colour_first import with_colours
@@ -83,6 +83,9 @@ def prepare(
     fields = all_fields.choose(values, many, fitted_with, request.settings, problems)
     fields = stage_plan.starting_at_colour(fields, unknowns, problems)
     warnings += all_fields.remarks(fields, unknowns)
+    shape = vertex_positions.alone(fields, unknowns, bool(wanted), problems)
+    if shape is not None:
+        request = replace(request, settings=shape.settings(request.settings, warnings))
     names = [*(item.name for item in unknowns), *(item.name for item in fields)]
     settings = stage_plan.settings_of(wanted, names, request.settings, problems)
 
@@ -119,6 +122,8 @@ def prepare(
     values = values.without_shut({(item.owner, item.parameter.name) for item in unknowns})
     go_on()
     scene = build_scene(all_fields.with_fields(values, fields))
+    if shape is not None:
+        scene = shape.placed(scene, shape.start)
     if dark := problems_of_darkness(values, captures, unknowns, fields):
         raise BadInput(dark)
     warnings += gauge.remarks(values, captures, names)
@@ -257,6 +262,8 @@ def model_name(unknowns: list[Unknown], fields: Sequence[FieldUnknown] = ()) -> 
     """Which model the ticked parameters need, and why."""
     if any(item.kind.is_grid for item in fields):
         return "volume: a ticked parameter is a grid"
+    if any(item.kind.is_shape for item in fields):
+        return "shape: the vertices of an object are fitted"
     effects = {item.parameter.effect for item in unknowns}
     if "visibility" in effects:
         return "visibility: a ticked parameter moves silhouettes"

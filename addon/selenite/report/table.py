@@ -138,7 +138,7 @@ def _length(unknown: Unknown, value: Values, plan: FitPlan) -> Line:
 def _of_field(field: FieldUnknown, result: FinishedFit) -> list[Line]:
     """Means over voxels or texels."""
     start, fitted = field.mean(field.values), result.mean(field)
-    names = [""] if len(fitted) == 1 else [f" {channel}" for channel in _CHANNELS]
+    names = [""] if len(fitted) == 1 else [f" {channel}" for channel in field.CHANNELS]
     return [
         Line(f"{field.name}, mean{name}", number(a), number(b))
         for name, a, b in zip(names, start, fitted, strict=True)

@@ -59,8 +59,9 @@ class MeshValues:
     material_slots (m,). UV maps (3m, 2) and linear colour attributes (3m, 3) have names; the one
     that renders by default comes first. `stored_colors`: of those attributes the values of the
     user's mesh, (n, 3) one for each vertex or corner, and which of them each corner shows, (3m,);
-    none where modifiers make another mesh. `other_attributes`: names of what is not read.
-    `vectors`: (3m, 3) made for shaders, by their names."""
+    none where modifiers make another mesh. `own_vertices`: whether the positions are those of
+    the user's mesh, without modifiers. `other_attributes`: names of what is not read. `vectors`:
+    (3m, 3) made for shaders, by their names."""
 
     name: str
     positions: np.ndarray
@@ -72,6 +73,7 @@ class MeshValues:
     other_attributes: tuple[str, ...] = ()
     vectors: tuple[tuple[str, np.ndarray], ...] = ()
     stored_colors: tuple[tuple[str, np.ndarray, np.ndarray], ...] = ()
+    own_vertices: bool = True
 
 
 SCATTERED_RAYS = ("diffuse", "glossy", "transmission", "volume_scatter")

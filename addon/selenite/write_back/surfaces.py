@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fitted fields of surfaces: images of materials and colours of meshes."""
+"""Fitted fields of bodies: images of materials, colours and vertices of meshes."""
 
 from __future__ import annotations
 
 from .. import parameters
 from ..scene_read.values import SceneValues
-from . import images, vertex_colors
+from . import images, vertex_colors, vertex_positions
 
-_VERTEX_COLORS = "vertex_colors"
+_VERTEX_COLORS, _VERTEX_POSITIONS = "vertex_colors", "vertex_positions"
 _SUFFIX, _NODE = "_texture", ".image"
 
 
@@ -17,6 +17,8 @@ def show(values: SceneValues, name: str, path: str) -> str:
     owner, parameter = parameters.split_name(name)
     if parameter == _VERTEX_COLORS:
         return vertex_colors.show(values, owner, path)
+    if parameter == _VERTEX_POSITIONS:
+        return vertex_positions.show(values, owner, path)
     if parameter.endswith(_NODE):
         return images.show_in_node(values, owner, path, parameter.removesuffix(_NODE))
     return images.show(values, owner, path, parameter.removesuffix(_SUFFIX))
@@ -27,5 +29,7 @@ def restore(name: str) -> None:
     owner, parameter = parameters.split_name(name)
     if parameter == _VERTEX_COLORS:
         vertex_colors.restore(owner)
+    elif parameter == _VERTEX_POSITIONS:
+        vertex_positions.restore(owner)
     else:
         images.restore(owner)

@@ -5,13 +5,12 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <map>
-#include <mutex>
 #include <type_traits>
 #include <utility>
 
 #include "math/fault.h"
 #include "render/driver/aim_pilot.h"
+#include "render/driver/ordered_sum.h"
 #include "render/driver/taped_tile.h"
 #include "render/driver/tile_pool.h"
 
@@ -42,31 +41,6 @@ std::size_t count_of(const Unknown& unknown, std::size_t f) {
   return std::visit([](const auto* one) { return places_of(*one); }, unknown.fields[f]) *
          static_cast<std::size_t>(unknown.channels[f]);
 }
-
-/// Adds the gradients of tiles in tile order, whichever is finished first.
-class OrderedSum {
- public:
-  OrderedSum(const Unknown& unknown, std::vector<std::vector<double>>& sums)
-      : unknown_(unknown), sums_(sums) {}
-
-  void add(int tile, std::vector<SparseGradient> gradients) {
-    const std::scoped_lock lock(mutex_);
-    waiting_.emplace(tile, std::move(gradients));
-    while (!waiting_.empty() && waiting_.begin()->first == next_) {
-      for (std::size_t f = 0; f < unknown_.size(); ++f)
-        waiting_.begin()->second[f].add_to(sums_[f].data(), unknown_.channels[f]);
-      waiting_.erase(waiting_.begin());
-      ++next_;
-    }
-  }
-
- private:
-  const Unknown& unknown_;
-  std::vector<std::vector<double>>& sums_;
-  std::mutex mutex_;
-  std::map<int, std::vector<SparseGradient>> waiting_;
-  int next_ = 0;
-};
 
 Field find(const Scene& scene, const GridRef& ref) { return &scene.grid(ref); }
 Field find(const Scene& scene, const ImageRef& ref) { return scene.image(ref).texture.get(); }
@@ -178,7 +152,7 @@ FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
   for (std::size_t f = 0; f < found.size(); ++f)
     result.fields.emplace_back(loss ? count_of(found, f) : 0);
 
-  OrderedSum sum(found, result.fields);
+  OrderedSum sum(found.channels, result.fields);
   render_tiles(scene, camera, unknown, found, settings, {found.fields, loss}, progress, film,
                [&](int i, const Tile&, std::vector<SparseGradient> gradients) {
                  if (loss) sum.add(i, std::move(gradients));

@@ -52,7 +52,7 @@ def begin_at(scene: BpyStruct, values: SceneValues, folder: Path) -> SceneValues
     with_grids = set()
     for name, file in files.items():
         owner, parameter = split_name(name)
-        if field_kind(parameter).is_surface:
+        if field_kind(parameter).is_of_body:
             shows.append(partial(surfaces.show, values, name, str(file)))
         elif field_kind(parameter).is_environment:
             shows.append(partial(environments.show, scene, values, str(file), is_final=False))

@@ -22,11 +22,12 @@ from .grids import GridUnknown, fitted_grids, grid_unknown, with_grids
 from .images import ImageUnknown, image_unknown
 from .seen import SurfaceUnknown
 from .vertex_colors import VertexColorsUnknown, vertex_colors_unknown
+from .vertex_positions import VerticesUnknown, vertices_unknown
 
 __all__ = [
     "EnvironmentUnknown", "FieldUnknown", "GridUnknown", "ImageUnknown", "SurfaceUnknown",
-    "VertexColorsUnknown", "choose", "fitted_environment", "fitted_grids", "means", "remarks",
-    "split", "with_fields", "with_grids",
+    "VertexColorsUnknown", "VerticesUnknown", "choose", "fitted_environment", "fitted_grids",
+    "means", "remarks", "split", "with_fields", "with_grids",
 ]  # fmt: skip
 
 
@@ -78,6 +79,8 @@ def _field(
     if not kind.is_environment and (request.size is not None or request.projection):
         cause = "only the world's image has a number of texels and a projection"
         raise BadInput(Problem(title, cause, "leave them out, or fit World:environment"))
+    if kind.is_shape:
+        return vertices_unknown(scene, request, settings, title)
     if kind.is_mesh:
         return vertex_colors_unknown(scene, request, settings, title)
     if kind.is_graph_image:

@@ -7,7 +7,7 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -44,6 +44,9 @@ class FieldUnknown(ABC):
     request: UnknownRequest
     #: Of its files' names; see `paths.file_stems`.
     stem: str
+    #: What the three numbers of a place are called, and their unit.
+    CHANNELS: ClassVar[tuple[str, ...]] = ("red", "green", "blue")
+    UNIT: ClassVar[str] = "1"
 
     @property
     def name(self) -> str:

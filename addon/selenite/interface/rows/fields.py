@@ -13,12 +13,24 @@ import bpy
 import numpy as np
 
 from ... import grid_files, parameters, write_back
-from ...fit.field_kinds import KINDS, VERTEX_COLORS, FieldKind, field_kind, kind_of
+from ...fit.field_kinds import (
+    KINDS,
+    VERTEX_COLORS,
+    VERTEX_POSITIONS,
+    FieldKind,
+    field_kind,
+    kind_of,
+)
 from ...fit.fields import FieldUnknown, GridUnknown
 from ...fit.fields.grids import DENSITY_RANGE, USUAL_SIZE
 from ...fit.fields.images import USUAL_TEXELS, image_unknown
 from ...fit.fields.seen import seen
 from ...fit.fields.vertex_colors import vertex_colors_unknown
+from ...fit.fields.vertex_positions import (
+    USUAL_MARGIN,
+    USUAL_RATE,
+    vertices_unknown,
+)
 from ...fit.request import UnknownRequest
 from ...fit.settings import FitSettings
 from ...messages import thing
@@ -59,6 +71,16 @@ def is_surface(row: bpy.types.PropertyGroup) -> bool:
     return is_field(row) and field_kind(row.parameter).is_surface
 
 
+def is_shape(row: bpy.types.PropertyGroup) -> bool:
+    """Whether a row or a result is the vertices of an object."""
+    return is_field(row) and field_kind(row.parameter).is_shape
+
+
+def is_of_body(row: bpy.types.PropertyGroup) -> bool:
+    """Whether a row or a result is an image or something of a mesh."""
+    return is_field(row) and field_kind(row.parameter).is_of_body
+
+
 def is_grid(row: bpy.types.PropertyGroup) -> bool:
     """Whether a row or a result is a grid."""
     return is_field(row) and field_kind(row.parameter).is_grid
@@ -67,11 +89,15 @@ def is_grid(row: bpy.types.PropertyGroup) -> bool:
 def offered(values: SceneValues, owner: Owner) -> list[str]:
     """The fields that are listed for an owner: grids where it has a medium; the image of a base
     colour that is one or a constant, and of any other parameter that is one; colours where its
-    materials show those of its mesh; one around the scene for the world."""
+    materials show those of its mesh, and the vertices of the active one; one around the scene for
+    the world."""
     if owner.kind == "world":
         return [environment_rows.NAME]
     if owner.kind == "object":
-        return [VERTEX_COLORS] if _shows_colors(values, owner.name) else []
+        colors = [VERTEX_COLORS] if _shows_colors(values, owner.name) else []
+        active = bpy.context.view_layer.objects.active if bpy.context.view_layer else None
+        is_active = active is not None and active.name == owner.name
+        return [*colors, VERTEX_POSITIONS] if is_active else colors
     material = _material(values, owner)
     if material is None:
         return []
@@ -124,11 +150,11 @@ def describe(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner) ->
     kind, own = field_kind(row.parameter), own_values(values, owner, row.parameter)
     row.width, row.unit, row.help = kind.channels, "1", kind.help
     row.value = f"no {'image' if kind.is_image else 'grid'}"
-    if kind.is_mesh:
+    if kind.is_mesh or kind.is_shape:
         row.value = ""
     if own is not None:
         row.value = " x ".join(map(str, own.shape[-2::-1]))
-    row.reason = _why_not(values, owner, row.parameter) if kind.is_surface else ""
+    row.reason = _why_not(values, owner, row.parameter) if kind.is_of_body else ""
 
 
 def reset(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner | None) -> None:
@@ -142,6 +168,9 @@ def reset(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner | None
     row.grid_from = "new" if own is None else "scene"
     row.voxels, row.texels, row.unseen = USUAL_SIZE, USUAL_TEXELS, "auto"
     row.minimum, row.maximum, row.start = 0.0, 1.0, (0.8, 0.8, 0.8)
+    if is_shape(row):
+        row.minimum, row.maximum = -USUAL_MARGIN, USUAL_MARGIN
+        row.learning_rate = USUAL_RATE
     if is_image(row) and colour is not None:
         row.start = (colour * 3)[:3]
     if field_kind(row.parameter).use == "density":
@@ -153,6 +182,8 @@ def shown(row: bpy.types.PropertyGroup) -> list[str]:
     """The properties of a row that count now."""
     if environment_rows.is_environment(row):
         return environment_rows.shown(row)
+    if is_shape(row):
+        return []
     if is_mesh(row):
         return ["unseen"]
     size = "texels" if is_image(row) else "voxels"
@@ -167,7 +198,7 @@ def requested(
     if environment_rows.is_environment(row):
         return environment_rows.requested(row, values, title)
     unseen = row.unseen if is_surface(row) and row.unseen != "auto" else ""
-    if is_mesh(row):
+    if is_mesh(row) or is_shape(row):
         return {"unseen": unseen}
     words = ("image", "picture") if is_image(row) else ("grid", ".npy or .vol file")
     has_own = own_values(values, owner, row.parameter) is not None
@@ -211,7 +242,7 @@ def fitted_surfaces(scene: bpy.types.Scene) -> dict[str, str]:
     return {
         parameters.join_name(row.owner, row.parameter): row.grid_file
         for row in scene.selenite.results
-        if is_surface(row)
+        if is_of_body(row)
     }
 
 
@@ -278,8 +309,10 @@ def _why_not(values: SceneValues, owner: Owner, parameter: str) -> str:
     """Why no image or colours can be fitted here, "" if they can: what the fit says of an image of
     one texel, whatever the row starts from."""
     try:
-        if field_kind(parameter).is_mesh:
-            request = UnknownRequest(owner.name, parameter)
+        request = UnknownRequest(owner.name, parameter)
+        if field_kind(parameter).is_shape:
+            vertices_unknown(values, request, FitSettings(), "")
+        elif field_kind(parameter).is_mesh:
             vertex_colors_unknown(values, request, FitSettings(), "")
         elif not field_kind(parameter).is_graph_image:
             request = UnknownRequest(owner.name, parameter, grid="1")

@@ -20,6 +20,8 @@ def label_of(row: bpy.types.PropertyGroup) -> str:
         kind = field_kind(row.parameter)
         if row.kind == "world":
             return f"{translated('World')}: {translated('Image')}"
+        if kind.is_shape:
+            return translated("Vertex Positions")
         if kind.is_mesh:
             return translated("Vertex Colors")
         if kind.is_graph_image:

@@ -145,6 +145,7 @@ def _triangles(
         uv_maps=uv_maps,
         colors=colors,
         stored_colors=stored if _is_own_mesh(mesh, evaluated) else (),
+        own_vertices=_is_own_mesh(mesh, evaluated) and not _is_modified(evaluated),
         other_attributes=others,
     )
 
@@ -155,6 +156,11 @@ def _is_own_mesh(mesh: bpy.types.Mesh, evaluated: bpy.types.Object) -> bool:
     return isinstance(own, bpy.types.Mesh) and (
         (len(mesh.vertices), len(mesh.loops)) == (len(own.vertices), len(own.loops))
     )
+
+
+def _is_modified(evaluated: bpy.types.Object) -> bool:
+    """Whether modifiers may move its vertices."""
+    return any(item.show_render for item in evaluated.original.modifiers)
 
 
 def is_placed(positions: np.ndarray) -> np.ndarray:
