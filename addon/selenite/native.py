@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         StopReason = _core.StopReason
         Stage = _core.Stage
         Fit = _core.Fit
+        ShapeFit = _core.ShapeFit
         prepare = staticmethod(_core.prepare)
         parameters = staticmethod(_core.parameters)
         closures = staticmethod(_core.closures)
