@@ -47,7 +47,7 @@ def show(values: SceneValues, name: str, path: str) -> str:
 
 def restore(name: str) -> None:
     """Undoes `show`; what is gone meanwhile is passed over."""
-    item = bpy.data.objects.get(name)
+    item: bpy.types.Object | None = bpy.data.objects.get(name)
     keys = getattr(item.data, "shape_keys", None) if item is not None else None
     if item is None or keys is None:
         return
@@ -62,7 +62,7 @@ def restore(name: str) -> None:
 
 def _mesh(name: str, title: str) -> tuple[bpy.types.Object, bpy.types.Mesh]:
     """Raises BadInput."""
-    item = bpy.data.objects.get(name)
+    item: bpy.types.Object | None = bpy.data.objects.get(name)
     mesh = item.data if item is not None else None
     if item is None or not isinstance(mesh, bpy.types.Mesh):
         raise BadInput(Problem(title, "it is gone", "undo its removal"))
