@@ -16,7 +16,7 @@ template <int L>
 bool colours_diffuse_alone(const PreparedMaterial<L>& m) {
   const auto acts = [](const auto& x) { return value_of(x) != 0 || has_slope(x); };
   const auto& v = m.values;
-  if (m.flavour.version != Flavour::Version::kV2 || m.base_color_map) return false;
+  if (m.flavour.version != Flavour::Version::kV2 || !m.unknown_maps.empty()) return false;
   if (acts(v.metallic) || acts(v.transmission) || acts(v.diffuse_roughness)) return false;
   return std::all_of(m.maps->begin(), m.maps->end(), [](const FieldMap& map) {
     return map.field == material_field(&MaterialValues::base_color);
