@@ -78,7 +78,9 @@ TEST(VisibleNormal, SurvivesDegenerateNormalsInFloat) {
       const Vec3f got = visible_normal<float>({{0, 0, 1}, n, wi, false});
       EXPECT_NEAR(length(got), 1, 1e-5);
       // Away from the viewer only where it was before.
-      if (!(dot(got, wi) > 0)) EXPECT_EQ(length(got - n), 0) << c << " " << n.x << n.y << n.z;
+      if (!(dot(got, wi) > 0)) {
+        EXPECT_EQ(length(got - n), 0) << c << " " << n.x << n.y << n.z;
+      }
     }
   }
 }

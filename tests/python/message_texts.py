@@ -7,13 +7,20 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
+from selenite.capture.request import PROPERTIES
+
 ADDON = Path(__file__).resolve().parents[2] / "addon" / "selenite"
 
 
 def messages() -> dict[str, set[str]]:
     """Every `message` and `thing`; more than one English text of an id is a fault."""
     found: dict[str, set[str]] = {}
+    for item in PROPERTIES:  # what their files are called
+        if item.kind.file_of("x.csv"):
+            found[f"thing.{item.name}"] = {f"{item.name.capitalize()} '{{name}}'"}
     for call in _calls("message", "thing"):
+        if not isinstance(call.args[0], ast.Constant):
+            continue
         first = ast.literal_eval(call.args[0])
         if call.func.id == "thing":
             found.setdefault(f"thing.{first.lower()}", set()).add(f"{first} '{{name}}'")

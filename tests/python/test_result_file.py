@@ -51,7 +51,7 @@ def photo(name: str, **more: Any) -> Capture:
 def plan() -> Any:
     """A number, a colour, a medium and an image; a photo that is aligned and one that is not."""
     image = SimpleNamespace(
-        name=IMAGE, values=np.full((2, 2, 3), 0.25, np.float32), minimum=0.0, maximum=1.0,
+        name=IMAGE, values=np.full((2, 2, 3), 0.25, np.float32), minimum=0.0, maximum=1.0, UNIT="1",
         mean=lambda values: tuple(values.mean(axis=(0, 1)).tolist()),
         about=lambda _values, _coverage: {
             "texels": [2, 2], "seen": 0.5, "files": ["Jade_base_color_texture.exr"]
@@ -68,7 +68,7 @@ def plan() -> Any:
         ],
         fields=[image],
         captures=[
-            photo("Front", free_gain="scalar", align=True),
+            photo("Front", of_fit={"free_gain": "scalar", "align": True}),
             photo("Side", gain=(1.5, 1.25, 1.0), isolated=0.125),
         ],
         millimetres=1000.0, model="Principled v2", warnings=["a warning"], request=request,

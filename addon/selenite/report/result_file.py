@@ -271,7 +271,7 @@ def _field_row(item: FieldUnknown, result: FinishedFit) -> ParameterRow:
         item.minimum,
         item.maximum,
         trust.Certainty(),
-        "1",
+        item.UNIT,
         about,
     )
 

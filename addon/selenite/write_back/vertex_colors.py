@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, cast
 import bpy
 import numpy as np
 
+from ..messages import thing
 from ..problems import BadInput, Problem
 from ..scene_read import hosts, mesh_colors
 from ..scene_read.shading import nodes
@@ -31,7 +32,7 @@ def show(values: SceneValues, name: str, path: str) -> str:
     """Gives the colour attribute that the materials of object `name` show the colours of a .npy
     file, (n, 3) linear, one for each of its values; their alpha stays. Returns what was done.
     Raises BadInput, and then nothing has changed."""
-    title = f"Object '{name}'"
+    title = thing("Object", name)
     mesh = _mesh(name, title)
     attribute = mesh_colors.shown_colors(values, mesh_colors.object_of(values, name, title), title)[
         0
@@ -99,7 +100,7 @@ def _values(attribute: BpyStruct) -> np.ndarray:
 
 def _colors(path: str) -> np.ndarray:
     """(n, 3). Raises BadInput."""
-    title = f"File '{path}'"
+    title = thing("File", path)
     try:
         colors = np.load(path, allow_pickle=False)
     except (OSError, ValueError) as error:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, cast
 import bpy
 import numpy as np
 
+from ..messages import thing
 from ..problems import BadInput, Problem
 from ..scene_read import hosts, mesh_colors
 from ..scene_read.shading import nodes
@@ -25,7 +26,7 @@ def show(values: SceneValues, name: str, path: str) -> str:
     """Gives object `name` the vertices of a .npy file, (n, 3) in its own space, by a shape key on
     top of those that it has. Returns what was done. Raises BadInput, and then nothing has
     changed."""
-    title = f"Object '{name}'"
+    title = thing("Object", name)
     item, mesh = _mesh(name, title)
     wanted = _positions(path, title, len(mesh.vertices))
     owner = mesh_colors.object_of(values, name, title)
@@ -78,7 +79,7 @@ def _positions(path: str, title: str, count: int) -> np.ndarray:
     except (OSError, ValueError) as error:
         cause = f"cannot be read ({error})"
         cure = "put it back or run the fit again"
-        raise BadInput(Problem(f"File '{path}'", cause, cure)) from error
+        raise BadInput(Problem(thing("File", path), cause, cure)) from error
     if found.shape != (count, 3) or not np.isfinite(found).all():
         cause = f"its mesh has {count} vertices, and the file none or others"
         raise BadInput(Problem(title, cause, "undo what has changed the mesh since the fit"))

@@ -17,7 +17,7 @@ from ...scene_read.values import SceneValues
 from ..field_kinds import field_kind
 from ..request import UnknownRequest
 from ..settings import FitSettings
-from .base import rate_of, share_bounds
+from .base import ONE_START, rate_of, share_bounds
 from .images import fill_of
 from .seen import SurfaceUnknown, unseen_of
 
@@ -122,7 +122,7 @@ def vertex_colors_unknown(
     own = np.clip(stored, np.float32(low), np.float32(high))
     if request.grid:
         cause = f"it starts at the colour attribute '{name}', not at '{request.grid}'"
-        raise BadInput(Problem(title, cause, "leave the file out, or give --start"))
+        raise BadInput(Problem(title, cause, ONE_START))
     fill = fill_of(request, title)
     if fill is not None:
         own = np.broadcast_to(np.clip(np.asarray(fill, np.float32), low, high), stored.shape)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ... import native
+from ...messages import remark, thing
 from ...parameters import Values
 from ...paths import file_stems
 from ...problems import BadInput, Problem
@@ -69,7 +70,9 @@ class VerticesUnknown(FieldUnknown):
         """Those of a fit of this shape: the usual loss gives way to one in which outlines count."""
         if asked.loss != FitSettings().loss:
             return asked
-        warnings.append(f"Parameter '{self.name}': a shape is fitted by the loss {LOSS}")
+        warnings.append(
+            remark(thing("Parameter", self.name), f"a shape is fitted by the loss {LOSS}")
+        )
         return replace(asked, loss=LOSS)
 
     def fit(self, scene: Scene, photos: Sequence[Photo], settings: FitSettings) -> ShapeFit:
@@ -114,7 +117,7 @@ def vertices_unknown(
         cause = "modifiers move its vertices or make others"
         raise BadInput(Problem(title, cause, "apply the modifiers, or switch them off in renders"))
     if request.start is not None:
-        cure = "give --grid with a .npy file of a fit, or leave the start out"
+        cure = "leave the start out, or start from the .npy file of a fit"
         raise BadInput(Problem(title, "it starts at the mesh, not at one value", cure))
     low = -USUAL_MARGIN if request.minimum is None else request.minimum
     high = USUAL_MARGIN if request.maximum is None else request.maximum
@@ -140,7 +143,7 @@ def vertices_unknown(
 
 def positions_of(path: str, count: int) -> np.ndarray:
     """(count, 3) from a .npy file. Raises BadInput."""
-    title = f"File '{path}'"
+    title = thing("File", path)
     cure = "give the .npy file of a fit of this mesh"
     try:
         found = np.load(path, allow_pickle=False)
@@ -160,13 +163,13 @@ def alone(
     found = [item for item in fields if isinstance(item, VerticesUnknown)]
     if not found:
         return None
-    title = f"Parameter '{found[0].name}'"
+    title = thing("Parameter", found[0].name)
     if len(fields) > 1 or others:
         cause = "a shape is fitted alone"
-        cure = "fit it first, then the rest in a second fit that begins there (--start FOLDER)"
+        cure = "fit it first, then the rest in a second fit that starts from its result"
         problems.append(Problem(title, cause, cure))
     if staged:
-        problems.append(Problem(title, "a shape has no stages", "leave out --stages"))
+        problems.append(Problem(title, "a shape has no stages", "fit it in one stage"))
     return found[0]
 
 
