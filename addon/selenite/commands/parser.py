@@ -180,8 +180,10 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     group = parser.add_argument_group("what is fitted")
     add = group.add_argument
     add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what to fit")
-    model = "tries models of a translucent body in turn, each from where the last has ended, and "
-    model += "keeps what explains photos better that no fit has seen: auto, opaque or medium"
+    model = (
+        "tries an opaque body, a medium and grids of albedos in turn, while each explains photos "
+    )
+    model += "better that no fit has seen: auto, opaque or medium"
     add("--model", metavar="[MATERIAL:]NAME", help=model)
     start = "a value, default: the scene's; or the folder of a fit, to begin where that one ended"
     add("--start", **many, metavar="OWNER:PARAM=V[,V,V]|RESULT", help=start)

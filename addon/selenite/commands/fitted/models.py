@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`selenite fit --model`: one model of a body after the other, each from where the last has ended.
+"""`selenite fit --model`: one model of a body after the other. See docs/guide/volumes.md.
 
-Opaque, then rough glass over a medium, then a grid of albedos, coarse and fine. A model is kept
-only if it explains photos better that no fit has seen. See docs/guide/volumes.md.
+Opaque, then rough glass over a medium, then a grid of albedos over that medium, coarse and fine. A
+model is kept only if it explains photos better that no fit has seen; the first that does not ends
+the sequence.
 """
 
 from __future__ import annotations
