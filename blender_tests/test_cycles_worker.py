@@ -63,7 +63,7 @@ def request(folder, **settings):
         "run": run.as_json(),
         "values": {"Body:base_color": [0.1, 0.2, 0.3]},
         "grids": {},
-        "images": {},
+        "surfaces": {},
         "taken": {},
         "environment": "",
     }
