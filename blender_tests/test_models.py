@@ -66,11 +66,13 @@ def test_light_through_the_body_is_explained_by_a_medium(tmp_path, capsys):
     rows = {row["model"]: row for row in report["models"]}
     assert rows["medium"]["kept"] and rows["medium"]["held_out"] < 0.2
     assert rows["medium"]["held_out"] < 0.3 * rows["opaque"]["held_out"]
-    assert report["parameters"]["Body:albedo"]["value"] == pytest.approx(ALBEDO, abs=0.08)
-    bpy.ops.wm.open_mainfile(filepath=report["saved"])
+    found = json.loads((Path(rows["medium"]["folder"]) / "result.json").read_text())["parameters"]
+    assert found["Body:albedo"]["value"] == pytest.approx(ALBEDO, abs=0.08)
+    assert Path(report["saved"]).is_file()
+    bpy.ops.wm.open_mainfile(filepath=rows["medium"]["scene"])
     nodes = bpy.data.materials["Body"].node_tree.nodes
     volume = next(node for node in nodes if node.bl_idname == "ShaderNodeVolumePrincipled")
-    density = max(report["parameters"]["Body:extinction"]["value"])
+    density = max(found["Body:extinction"]["value"])
     assert volume.inputs["Density"].default_value == pytest.approx(density, rel=1e-4)
     # The scene that was given is as it was.
     bpy.ops.wm.open_mainfile(filepath=scene)
@@ -84,7 +86,7 @@ def test_an_opaque_body_stays_opaque(tmp_path, capsys):
     assert status == 0, err
     rows = {row["model"]: row for row in report["models"]}
     assert rows["opaque"]["kept"] and rows["opaque"]["held_out"] < 0.05
-    assert not rows["medium"]["kept"] and list(rows) == ["opaque", "medium"]
+    assert list(rows) == ["opaque"] and "it stays opaque" in err
     assert report["parameters"]["Body:base_color"]["value"] == pytest.approx(
         (0.6, 0.4, 0.3), abs=0.03
     )

@@ -20,8 +20,12 @@ from typing import TYPE_CHECKING
 from ...atomic_files import write_json
 from ...capture.captures_file import write_captures_file
 from ...capture.request import CaptureRequest, with_ids
+from ...capture.views import View
+from ...fit.diagnosis.unlit import light_in_the_dark
+from ...fit.trust import CLOSE
 from ...fit.unknowns import candidates_of
 from ...problems import BadInput, Problem, choice, listed
+from ...report.hold_out import Comparison
 from ...report.results import new_folder
 from ...scene_read.options import ReadingOptions
 from ...scene_read.values import Owner, SceneValues
@@ -43,8 +47,9 @@ SUFFIX = ".models"
 _EVERY, _FEWEST = 4, 3
 #: A model is kept if its error is below this share of the best one's.
 _BETTER = 0.98
-#: Samples of the renders that judge: noise of a small lamp must not hide what a model misses.
-_SAMPLES = 512
+#: Samples of the renders that judge: noise of a small lamp must not hide what a model misses; and
+#: of those in which dark places are looked for.
+_SAMPLES, _LOOKS = 512, 64
 #: Voxels along the longest side of the grids.
 _COARSE, _FINE = 12, 24
 
@@ -110,6 +115,9 @@ def run(
         for step in _steps(word, owner):
             if not chain.try_step(step):
                 break
+            if word == "auto" and step.form == "opaque" and chain.is_opaque():
+                say("The opaque body explains the photos: it stays opaque")
+                break
     return _report(chain, save)
 
 
@@ -153,6 +161,29 @@ class Chain:
             self.best = one
         return kept and not self.stopped
 
+    def is_opaque(self) -> bool:
+        """Whether the best model explains the held-out photos closely, and no photo is bright where
+        its renders are dark."""
+        assert self.best is not None  # noqa: S101 - a step comes first
+        if self.best.error is None or self.best.report.folder is None:
+            return True
+        if 100 * self.best.error > CLOSE:
+            return False
+        found = self._compared(self.best.report.folder, _LOOKS, "--captures", str(self._captures))
+        return not (
+            light_in_the_dark(
+                [
+                    View(row.capture.id, row.capture.reference, row.capture.weight, row.render)
+                    for row in found.rows
+                ]
+            )
+        )
+
+    def _compared(self, folder: Path, samples: int, *more: str) -> Comparison:
+        words = ["compare", str(folder), "--spp", str(samples), *more]
+        found, _ = compare.compared(build_parser().parse_args(words))
+        return found
+
     def _run(self, step: Step) -> tuple[FitReport, Path]:
         args = argparse.Namespace(**vars(self._args))
         begin = self.folder / f"{step.name}.blend"
@@ -178,8 +209,7 @@ class Chain:
         free; its upper limit where noise hides it; None without a result folder."""
         if report.folder is None:
             return None
-        words = ["compare", str(report.folder), "--spp", str(_SAMPLES)]
-        found, _ = compare.compared(build_parser().parse_args(words))
+        found = self._compared(report.folder, _SAMPLES)
         free = any(row.capture.free_gain != "none" for row in found.rows)
         error = found.own if free else found.error
         return error.at_most if error.relative is None else error.relative
