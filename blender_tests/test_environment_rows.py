@@ -146,6 +146,12 @@ def test_problems_are_reported_and_nothing_starts(settings, values, words):
     assert not len(settings.results)
 
 
+def texels(world):
+    """Of a fitted world of two rows: each stands in the middle of 101 rows and columns, as Apply
+    writes finer rows for Cycles."""
+    return world.image[50::101, 50::101]
+
+
 def test_fit_apply_restore(settings, tmp_path):
     tick()
     before = world_tree()
@@ -167,9 +173,9 @@ def test_fit_apply_restore(settings, tmp_path):
     for _ in range(2):
         assert bpy.ops.selenite.apply() == {"FINISHED"}
         world = made.read().world
-        np.testing.assert_array_equal(world.image, fitted)
+        np.testing.assert_array_equal(texels(world), fitted)
         assert (world.color, world.strength) == ((1, 1, 1), 1)
-        assert row().value == "4 x 2"
+        assert row().value == "404 x 202"
         assert bpy.ops.selenite.restore() == {"FINISHED"}
         assert world_tree() == before
         assert row().value == "no image"
@@ -186,9 +192,9 @@ def test_a_result_is_applied_and_restored_after_saving_and_loading(settings, tmp
     bpy.ops.wm.open_mainfile(filepath=made.save(tmp_path / "scene.blend"))
     assert row().environment_size == 8
     bpy.ops.selenite.apply()
-    np.testing.assert_array_equal(made.read().world.image, fitted)
+    np.testing.assert_array_equal(texels(made.read().world), fitted)
     bpy.ops.wm.open_mainfile(filepath=made.save(tmp_path / "scene.blend"))
-    np.testing.assert_array_equal(made.read().world.image, fitted)
+    np.testing.assert_array_equal(texels(made.read().world), fitted)
     bpy.ops.selenite.restore()
     assert (set(world_tree()[0]), world_tree()[1]) == before
 
