@@ -63,7 +63,7 @@ def test_a_fit_finds_the_shape_and_the_saved_scene_has_it(tmp_path, capsys):
     start, photo = vertices_of(item), photo_of_larger(item, tmp_path)
     path, saved = made.save(tmp_path / "scene.blend"), tmp_path / "fitted.blend"
     options = (
-        "--photo", f"Camera={photo}", "--height", "24", "--threads", "1", "--iterations", "25",
+        "--photo", f"Camera={photo}", "--height", "24", "--threads", "1", "--iterations", "40",
         "--spp", "8", "--out", str(tmp_path / "out"),
     )  # fmt: skip
     status, report, _ = command(capsys, "fit", path, "--fit", NAME, *options, "--save", str(saved))

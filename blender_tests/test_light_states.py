@@ -242,7 +242,7 @@ def test_exchanged_lamps_are_named_though_the_fit_has_gone_astray(tmp_path, caps
     status, report, printed = command(capsys, *words)
     assert status == 0, printed
     said = [text for text in report["warnings"] if "check the lights" in text]
-    assert [text.split(":")[0] for text in said] == ["Photo 'Left'", "Photo 'Right'"]
+    assert [text.partition(" is better")[0] for text in said] == ["Photo 'Left'", "Photo 'Right'"]
 
 
 def test_a_render_shows_what_the_fit_compares(tmp_path, capsys):

@@ -43,7 +43,7 @@ def listed(settings, search=""):
 
 
 def test_the_material_of_the_active_object_comes_first(settings):
-    assert [item.name for item in settings.owners] == ["Hidden", "Body", "Key", "World"]
+    assert [item.name for item in settings.owners] == ["Hidden", "Body", "Behind", "Key", "World"]
     assert settings.active_owner == 0
     bpy.context.view_layer.objects.active = next(
         item for item in bpy.data.objects if item.active_material == bpy.data.materials["Body"]
@@ -62,7 +62,7 @@ def test_only_the_active_group_is_listed_and_no_locked_row(settings):
     assert ("Hidden", "ior") in listed(settings)
     row = row_of(settings, "Hidden", "ior")
     assert row.reason and row.reason in row.tip and "Hidden:ior" in row.tip
-    settings.active_owner = 2
+    settings.active_owner = 3
     assert listed(settings) == [("Key", "power"), ("Key", "color")]
 
 
