@@ -2,6 +2,7 @@
 """What a run that was interrupted does not go on with: other inputs, a damaged state."""
 
 import json
+from types import SimpleNamespace
 
 import made_scenes as made
 import numpy as np
@@ -38,7 +39,8 @@ def test_a_run_whose_input_has_changed_is_refused_by_name(changed, tmp_path, cap
         f"--grid=Smoke:albedo_grid={tmp_path / 'start.npy'}", f"--out={tmp_path / 'fits'}",
     )  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fit, "deliver", lambda *_: {})  # as if it ended before its results
+        # As if it ended before its results.
+        patch.setattr(fit, "deliver", lambda *_: SimpleNamespace(as_json=dict))
         assert command(capsys, *words)[0] == 0
     (folder,) = (tmp_path / "fits").iterdir()
     (folder / "state.json").unlink()
@@ -77,7 +79,7 @@ def test_a_run_goes_on_where_its_scene_was_only_moved_and_saved_again(lit_ball, 
         f"--out={tmp_path / 'fits'}",
     )  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fit, "deliver", lambda *_: {})
+        patch.setattr(fit, "deliver", lambda *_: SimpleNamespace(as_json=dict))
         assert command(capsys, *words, "--iterations=3")[0] == 0
     (folder,) = (tmp_path / "fits").iterdir()
     made.bpy.ops.wm.open_mainfile(filepath=words[1], load_ui=False)

@@ -54,7 +54,8 @@ def test_an_object_has_a_group_of_its_own_where_its_material_shows_colours(setti
     groups = [(item.kind, item.name) for item in settings.owners]
     assert ("object", "Body") in groups
     assert ("material", "Body") in groups
-    assert [r.owner for r in settings.rows if r.kind == "object"] == ["Body"]
+    rows = [(r.owner, r.parameter) for r in settings.rows if r.kind == "object"]
+    assert rows == [("Body", NAME), ("Body", "vertex_positions")]
     assert not row().reason
     row().enabled = True
     bpy.data.objects["Body"].name = "Ball"
