@@ -58,6 +58,7 @@ struct Case {
   double sky;
   int depth;
   double roughness;  ///< of a plastic; 0: matte
+  double gap = 0.1;  ///< mean square difference at most, of that of the derivatives
 };
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 class Vertices : public testing::TestWithParam<Case> {};
@@ -123,10 +124,12 @@ TEST_P(Vertices, AgreeWithDifferencesOfRenders) {
   }
   double size = 0, gap = 0;
   for (int i = 0; i < 50; ++i) {
-    size += square(found[i].mean()) / 50;
-    gap += square(found[i].mean() - wanted[i].mean()) / 50;
+    const Estimate a = found[i].estimate(), b = wanted[i].estimate();
+    size += square(a.mean) / 50;
+    // Without what noise adds to it.
+    gap += (square(a.mean - b.mean) - square(a.error) - square(b.error)) / 50;
   }
-  RecordProperty("gap", std::to_string(std::sqrt(gap / size)));
+  RecordProperty("gap", std::to_string(gap / size));
   for (int i = 0; i < 50; ++i) {
     const Estimate a = found[i].estimate(), b = wanted[i].estimate();
     // 8 % of the usual size for the curvature, and for rare paths that a difference may miss.
@@ -134,16 +137,17 @@ TEST_P(Vertices, AgreeWithDifferencesOfRenders) {
         << chosen[static_cast<std::size_t>(i)] << " " << i % 3 << ": " << a.mean << " +- "
         << a.error << ", " << b.mean << " +- " << b.error;
   }
-  EXPECT_LT(gap, 0.1 * size);
+  EXPECT_LT(gap, c.gap * size);
 }
 
+// Light over several bounces lacks what docs/method/shape.md leaves out.
 INSTANTIATE_TEST_SUITE_P(Bodies, Vertices,
                          testing::Values(Case{"sphere, direct light", Body::kSphere, 0, 1, 0},
                                          Case{"bumpy, direct light", Body::kBumpy, 0, 1, 0},
                                          Case{"flat faces, direct light", Body::kFlat, 0, 1, 0},
                                          Case{"sphere under a sky", Body::kSphere, 0.4, 1, 0},
-                                         Case{"bumpy plastic, all light", Body::kBumpy, 0, 0,
-                                              0.4}));
+                                         Case{"bumpy plastic, all light", Body::kBumpy, 0, 0, 0.4,
+                                              0.35}));
 
 TEST(ShapeGradient, IsTheSameForAnyNumberOfThreads) {
   const Scene scene = lit_body(Body::kBumpy, 0.3, matte("Body", 0.7));
