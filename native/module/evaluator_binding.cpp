@@ -123,7 +123,7 @@ std::pair<NamedFilm, py::array_t<double>> vertex_gradient(const PhotoScene& self
   std::vector<Vec3d> found;
   {
     const py::gil_scoped_release release;
-    photo.lights.check(self.scene, "Photo '" + photo.id + "': ");
+    photo.lights.check(self.scene, "Photo '" + photo.id + "'");
     const PixelLoss loss = loss_of(photo, squared);
     const RenderSettings settings = render_settings(photo, self.sampling(spp, seed));
     ShapeGradient gradient = render_shape_gradient(

@@ -244,7 +244,7 @@ TEST(LightState, AnUnknownShowsWhereOneOfItsPlacesIsOn) {
 template <class Error>
 std::string message_of(const Scene& scene, const LightState& state) {
   try {
-    state.check(scene, "Photo 'a': ");
+    state.check(scene, "Photo 'a'");
   } catch (const Error& error) {
     return error.what();
   }
