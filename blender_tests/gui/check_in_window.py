@@ -5,6 +5,7 @@ import bpy
 from _driving import ENDLESS, FOLDER, in_window, made, photographed, picture, press_escape, run
 
 from selenite.interface import panels, state
+from selenite.scene_read.blender_process import DRAWN
 
 
 def prepare():
@@ -30,12 +31,17 @@ def escaped():
     return state.CHECK.job is None
 
 
+def users_blocks():
+    """Names of all datablocks but the images that the add-on draws for itself."""
+    return sorted(item.name for item in bpy.data.user_map() if not item.get(DRAWN))
+
+
 def steps():
     """See `_driving.run`."""
     settings = prepare()
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
     yield lambda: not state.RUN.is_active
-    blocks = sorted(item.name for item in bpy.data.user_map())
+    blocks = users_blocks()
     engine = bpy.context.scene.render.engine
 
     in_window(bpy.ops.selenite.check_in_cycles, "INVOKE_DEFAULT")
@@ -43,7 +49,7 @@ def steps():
     assert state.CHECK.lines and state.CHECK.sheet.is_file()
     yield 0.5
     picture("checked")
-    assert sorted(item.name for item in bpy.data.user_map()) == blocks
+    assert users_blocks() == blocks
     assert bpy.context.scene.render.engine == engine
 
     settings.picture_spp = ENDLESS
