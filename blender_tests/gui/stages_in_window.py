@@ -27,8 +27,8 @@ def prepare():
 
 def second_stage():
     """The first stage has ended, and a tick has seen remarks on the second one."""
-    progress = state.RUN.progress
-    return progress is not None and progress.stage.startswith("2 of 2") and bool(progress.notes)
+    progress, job = state.RUN.progress, state.RUN.job
+    return progress is not None and progress.stage == 1 and bool(job.newest_notes)
 
 
 def steps():
