@@ -49,7 +49,7 @@ _EVERY, _FEWEST = 4, 3
 _BETTER = 0.98
 #: Samples of the renders that judge: noise of a small lamp must not hide what a model misses; and
 #: of those in which dark places are looked for.
-_SAMPLES, _LOOKS = 512, 64
+_SAMPLES, _SEARCH_SAMPLES = 512, 64
 #: Voxels along the longest side of the grids.
 _COARSE, _FINE = 12, 24
 
@@ -169,7 +169,9 @@ class Chain:
             return True
         if 100 * self.best.error > CLOSE:
             return False
-        found = self._compared(self.best.report.folder, _LOOKS, "--captures", str(self._captures))
+        found = self._compared(
+            self.best.report.folder, _SEARCH_SAMPLES, "--captures", str(self._captures)
+        )
         return not (
             light_in_the_dark(
                 [
