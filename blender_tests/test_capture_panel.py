@@ -49,7 +49,7 @@ def test_nothing_is_asked_for_at_first(row):
 
 def test_all_that_is_set_reaches_the_request(row):
     how = row.how
-    how.exclude_path = "/tmp/hand.png"
+    how.exclude_path = "/photos/hand.png"
     how.use_silhouette, how.silhouette = True, 3
     how.background, how.tolerance = "BORDER", 0.125
     how.response, how.gamma = "GAMMA", 2.2
@@ -65,7 +65,7 @@ def test_all_that_is_set_reaches_the_request(row):
     expected = CaptureRequest(
         "Camera",
         asked().photo,
-        exclude="/tmp/hand.png",
+        exclude="/photos/hand.png",
         silhouette=3,
         background="border:0.125",
         response="gamma:2.2",
@@ -82,18 +82,23 @@ def test_all_that_is_set_reaches_the_request(row):
     run = RunRequest("", (), (expected,))
     assert RunRequest.from_json(run.as_json()).captures == (expected,)
     how.background, how.background_color = "COLOR", (0.25, 0.5, 1.0)
-    how.response, how.response_path = "TABLE", "/tmp/camera.csv"
+    how.response, how.response_path = "TABLE", "/photos/camera.csv"
     assert asked().background == "0.25,0.5,1:0.125"
-    assert asked().response == "/tmp/camera.csv"
+    assert asked().response == "/photos/camera.csv"
 
 
 @pytest.mark.parametrize(
     "said",
     [
-        {"mask": "/tmp/mask.png", "exclude": "/tmp/hand.png", "silhouette": 0, "hold_out": True},
+        {
+            "mask": "/photos/mask.png",
+            "exclude": "/photos/hand.png",
+            "silhouette": 0,
+            "hold_out": True,
+        },
         {"background": "border:0.125", "response": "linear", "gain": "scalar", "align": True},
         {"background": "0.25,0.5,1:0.05", "response": "gamma:1.8", "clip": (0.125, 0.875)},
-        {"response": "/tmp/table.csv", "world": False, "frame": -3, "distortion": False},
+        {"response": "/photos/table.csv", "world": False, "frame": -3, "distortion": False},
         {"size": (400, 600), "crop": (0, 0, 30, 50), "pixel_aspect": 0.5},
         {"distortion": LensDistortion(512.0, 511.5, 200.5, 300.25, k1=0.125, b2=-2.0)},
     ],

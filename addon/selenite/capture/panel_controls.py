@@ -4,6 +4,7 @@ the numbers of menus are those of .blend files: they must not change."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeAlias
@@ -49,19 +50,19 @@ def menu(name: str, label: str, items: Items) -> Control:
     return Control(name, "Enum", label, keywords={"items": numbered})
 
 
-class Binding:
+class Binding(ABC):
     """A property in the controls of a row. part: where in the panel they are, one of PARTS."""
 
     def __init__(self, part: str, *controls: Control) -> None:
         self.part, self.controls = part, controls
 
+    @abstractmethod
     def read(self, group: Row, absolute: Callable[[str], str]) -> object:
         """The value, or LEFT_OUT. absolute: from a path of Blender to one of the system."""
-        raise NotImplementedError
 
+    @abstractmethod
     def write(self, group: Row, value: object) -> None:
         """The inverse, of a value that is not left out."""
-        raise NotImplementedError
 
 
 class Plain(Binding):
@@ -289,3 +290,7 @@ class Lamps(Binding):
             chosen = group.collection.all_objects if group.collection is not None else None
             return ("",) if chosen is None else tuple(x.name for x in chosen if x.type == "LIGHT")
         return () if group.mode == "NONE" else LEFT_OUT
+
+    def write(self, group: Row, value: object) -> None:
+        """Raises TypeError: see above."""
+        raise TypeError(f"the lamps {value!r} are names, and a row holds objects")

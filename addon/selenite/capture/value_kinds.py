@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 
@@ -24,14 +25,14 @@ PLACES = (3, 7, 16)
 LARGEST = 1e300
 
 
-class Kind:
+class Kind(ABC):
     """Any value. parsed_as: the type of what an option of the command line takes."""
 
     parsed_as: type[str] | type[int] | type[float] = str
 
+    @abstractmethod
     def read(self, key: str, value: object) -> object:
         """From JSON, never null. Raises ValueError, whose text says what is wrong with the key."""
-        raise NotImplementedError
 
     def written(self, value: object) -> object:
         """The inverse, for JSON."""
