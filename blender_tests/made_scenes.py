@@ -140,6 +140,21 @@ def studio(**values):
     return made
 
 
+def board(**values):
+    """A board of 2 x 2 units that fills the camera's picture, under a grey sky; its object."""
+    filled = material(**{"base_color": (0.5, 0.5, 0.5), "roughness": 1.0} | values)
+    mesh = bpy.data.meshes.new("Board")
+    mesh.from_pydata([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [], [(0, 1, 2, 3)])
+    layer = mesh.uv_layers.new(name="UVMap")
+    layer.data.foreach_set("uv", [0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0])
+    mesh.materials.append(filled)
+    world(strength=1.0, color=(0.8, 0.8, 0.8))
+    seen = camera(distance=2.0)
+    seen.data.type, seen.data.ortho_scale = "ORTHO", 2.6
+    bpy.context.scene.render.resolution_x = bpy.context.scene.render.resolution_y = 24
+    return add("Board", mesh)
+
+
 def hidden_ball(**values):
     """A smaller ball of the material 'Hidden', which no camera of `studio` sees."""
     made = material("Hidden", base_color=(0.2, 0.3, 0.6), **values)

@@ -22,21 +22,6 @@ pytestmark = pytest.mark.blender
 NAME = "Body:base_color_texture"
 
 
-def board(**values):
-    """A board of 2 x 2 units that fills the camera's picture, under a grey sky; its object."""
-    filled = made.material(**{"base_color": (0.5, 0.5, 0.5), "roughness": 1.0} | values)
-    mesh = bpy.data.meshes.new("Board")
-    mesh.from_pydata([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [], [(0, 1, 2, 3)])
-    layer = mesh.uv_layers.new(name="UVMap")
-    layer.data.foreach_set("uv", [0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0])
-    mesh.materials.append(filled)
-    made.world(strength=1.0, color=(0.8, 0.8, 0.8))
-    camera = made.camera(distance=2.0)
-    camera.data.type, camera.data.ortho_scale = "ORTHO", 2.6
-    bpy.context.scene.render.resolution_x = bpy.context.scene.render.resolution_y = 24
-    return made.add("Board", mesh)
-
-
 def truth():
     """(4, 4, 3) sRGB: red above, blue below, brighter to the right."""
     pixels = np.empty((4, 4, 3), np.float32)
@@ -61,7 +46,7 @@ def picture(path, pixels):
 @pytest.fixture
 def photo(tmp_path):
     """A board in a file, and its picture with the true image."""
-    board()
+    made.board()
     path = made.save(tmp_path / "scene.blend")
     field = requested(grid=picture(tmp_path / "truth.png", truth()))
     film = native.core().render(
@@ -218,7 +203,7 @@ def image_of(material, pixels, encoded=True):
 
 
 def test_it_starts_at_the_scenes_image_a_colour_or_a_file(tmp_path):
-    item = board()
+    item = made.board()
     new = requested()
     assert (new.values.shape, new.unseen) == ((256, 256, 3), "fill")
     assert np.allclose(requested(grid="8").values, encoded(0.5))
@@ -253,7 +238,7 @@ def test_it_starts_at_the_scenes_image_a_colour_or_a_file(tmp_path):
     ],
 )
 def test_what_cannot_be_fitted_is_refused_by_name(values, words):
-    board()
+    made.board()
     text = requested(**values)
     assert NAME in text
     assert words in text
@@ -261,7 +246,7 @@ def test_what_cannot_be_fitted_is_refused_by_name(values, words):
 
 @pytest.mark.skipif(bpy.app.version < (4, 0), reason="no subsurface scattering in the model")
 def test_an_image_over_subsurface_scattering_can_be_fitted():
-    nodes = board().active_material.node_tree.nodes
+    nodes = made.board().active_material.node_tree.nodes
     nodes["Principled BSDF"].inputs["Subsurface Weight"].default_value = 1.0
     field = requested(start=(0.6, 0.4, 0.2))
     assert not isinstance(field, str), field
@@ -269,7 +254,7 @@ def test_an_image_over_subsurface_scattering_can_be_fitted():
 
 
 def test_an_object_without_uv_map_is_refused():
-    item = board()
+    item = made.board()
     item.data.uv_layers.remove(item.data.uv_layers[0])
     assert "'Board' has no UV map" in requested()
     assert "Smart UV Project" in requested()

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "math/error.h"
+#include "render/box_on_ground.h"
 #include "render/difference.h"
 #include "render/driver/field_gradient.h"
 #include "render/picture_statistics.h"
@@ -27,33 +28,6 @@ FieldMap grey_map(const char* parameter, const std::vector<float>& texels, bool 
       parameter, 2, 2, std::vector<Colorf>(texels.begin(), texels.end()), std::vector<float>(),
       encoded, Extension::kRepeat, Interpolation::kLinear);
   return map;
-}
-
-/// A box on a ground, both of the material, before a lamp and under the sky.
-Scene body(Material material, std::optional<CornerData<Colorf>> colors = std::nullopt) {
-  SceneBuilder builder;
-  const int number = builder.add_material(std::move(material));
-  Mesh box = box_mesh(0.6, 0.6, 0.6);
-  std::vector<Vec2f> uv;
-  for (const auto& triangle : box.triangles)
-    for (const int corner : triangle) {
-      const Vec3f p = box.positions[static_cast<std::size_t>(corner)];
-      uv.push_back({0.5f + 0.4f * p.x + 0.1f * p.z, 0.5f + 0.3f * p.y + 0.4f * p.z});
-    }
-  box.uvs.push_back({"UVMap", std::move(uv)});
-  if (colors) box.colors.push_back(std::move(*colors));
-  place(builder, box, number, translation({0, 0, 0.6}));
-  place(builder, quad_mesh(2), number);
-  Light lamp;
-  lamp.name = "Lamp";
-  lamp.kind = LightKind::kArea;
-  lamp.size_x = lamp.size_y = 2;
-  lamp.values.power = 80;
-  lamp.to_world = looking_at({2, -1, 3}, {0, 0, 0});
-  builder.add_light(lamp);
-  add_view(builder, {1, -3.5, 2}, {0, 0, 0.4}, 50);
-  set_sky(builder, 0.6);
-  return builder.build();
 }
 
 Material wax() {
@@ -103,7 +77,7 @@ TEST_P(Map, AgreesWithDifferencesOfRenders) {
     Material m = wax();
     m.maps.push_back(grey_map(wanted.parameter, texels, wanted.encoded));
     if (field == field_named("emission_color")) m.values.emission_color = {0.5, 0.5, 0.5};
-    return body(m);
+    return box_on_ground(m);
   };
   const Scene scene = scene_of(0);
   DifferencePairs pairs;
@@ -137,7 +111,7 @@ TEST(MapGradient, SeveralMapsOfAMaterialHaveTheirOwnDerivatives) {
   m.maps.push_back(grey_map("base_color", {0.3f, 0.7f, 0.5f, 0.6f}));
   m.maps.push_back(grey_map("metallic", {0.2f, 0.5f, 0.3f, 0.6f}));
   m.maps.push_back(grey_map("roughness", {0.4f, 0.7f, 0.5f, 0.6f}));
-  const Scene scene = body(m);
+  const Scene scene = box_on_ground(m);
   const RenderSettings settings = settings_of(8, 200, 3);
   std::vector<FieldRef> all;
   for (const char* name : {"base_color", "metallic", "roughness"})
@@ -170,7 +144,7 @@ Scene painted(const std::vector<Colorf>& held) {
   FieldMap map;
   map.field = field_named("base_color");
   m.maps.push_back(map);
-  return body(m, vertex_colors(held));
+  return box_on_ground(m, vertex_colors(held));
 }
 
 const std::vector<Colorf> kHeld = {{0.3f, 0.4f, 0.5f}, {0.7f, 0.5f, 0.2f}, {0.4f, 0.8f, 0.6f},
@@ -209,7 +183,7 @@ TEST(VertexColorGradient, ValuesAddUpToTheShift) {
 }
 
 TEST(VertexColorGradient, RefusesAMeshWithoutColours) {
-  const Scene scene = body(wax());
+  const Scene scene = box_on_ground(wax());
   try {
     gradient_of(scene, {VertexColorsRef{0}}, settings_of(2, 1));
     FAIL();

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "math/error.h"
+#include "render/box_on_ground.h"
 #include "render/difference.h"
 #include "render/driver/field_gradient.h"
 #include "render/picture_statistics.h"
@@ -45,29 +46,7 @@ Scene textured(const TextureCase& wanted, std::vector<float> alpha = {}) {
   const auto& table = parameter_table(OwnerKind::kMaterial);
   while (table[map.field].name != "base_color") ++map.field;
   m.maps.push_back(map);
-
-  SceneBuilder builder;
-  const int material = builder.add_material(m);
-  Mesh box = box_mesh(0.6, 0.6, 0.6);
-  std::vector<Vec2f> uv;
-  for (const auto& triangle : box.triangles)
-    for (const int corner : triangle) {
-      const Vec3f p = box.positions[static_cast<std::size_t>(corner)];
-      uv.push_back({0.5f + 0.4f * p.x + 0.1f * p.z, 0.5f + 0.3f * p.y + 0.4f * p.z});
-    }
-  box.uvs.push_back({"UVMap", std::move(uv)});
-  place(builder, box, material, translation({0, 0, 0.6}));
-  place(builder, quad_mesh(2), material);
-  Light lamp;
-  lamp.name = "Lamp";
-  lamp.kind = LightKind::kArea;
-  lamp.size_x = lamp.size_y = 2;
-  lamp.values.power = 80;
-  lamp.to_world = looking_at({2, -1, 3}, {0, 0, 0});
-  builder.add_light(lamp);
-  add_view(builder, {1, -3.5, 2}, {0, 0, 0.4}, 50);
-  set_sky(builder, 0.6);
-  return builder.build();
+  return box_on_ground(m);
 }
 
 FieldGradient gradient_of(const Scene& scene, const RenderSettings& settings,
