@@ -24,6 +24,7 @@ from .staging import plan as stage_plan
 
 if TYPE_CHECKING:
     from .._core import Fit, FitResult, History, Progress, Scene, ShapeFit
+    from .cluster.workers import ClusterWorkers
 
 _DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
 #: Pixels of all photos up to which a diagnosis is made by who polls: some 20 ms. Above it has a
@@ -50,19 +51,24 @@ class FitJob:
     """Start, poll, cancel, join, result. The caller joins before it drops the job."""
 
     def __init__(
-        self, plan: FitPlan, state: SavedState | None = None, *, refined: bool = True
+        self,
+        plan: FitPlan,
+        state: SavedState | None = None,
+        *,
+        refined: bool = True,
+        workers: ClusterWorkers | None = None,
     ) -> None:
         """Validates natively, every stage too, and starts nothing. Raises BadInput.
 
         `state`: of a fit with this plan, which goes on as that one would have done. `refined`:
-        False where the values need no intervals.
+        False where the values need no intervals. `workers`: who renders in place of this process.
         """
         self.plan = plan
         self._notes: tuple[str, ...] = ()
         self._next_diagnosis = 0.0  # by the clock
         self._diagnosing: threading.Thread | None = None
         with refused("Fit", "change the settings or the bounds"):
-            self._fit = _native_fit(plan, refined=refined)
+            self._fit = _native_fit(plan, refined=refined, workers=workers)
         if state is not None:
             self._restore(state)
 
@@ -186,19 +192,23 @@ class FitJob:
         return (*self.notes(), *still_falling(fit))
 
 
-def _native_fit(plan: FitPlan, *, refined: bool) -> Fit | ShapeFit:
+def _native_fit(plan: FitPlan, *, refined: bool, workers: ClusterWorkers | None) -> Fit | ShapeFit:
     """Raises ValueError, KeyError."""
     photos = [capture.native() for capture in plan.captures]
     for item in plan.fields:
         if isinstance(item, VerticesUnknown):
+            if workers is not None:
+                cure = "fit them on one machine, without --scheduler"
+                raise BadInput(Problem(thing("Parameter", item.name), "it is a shape", cure))
             return item.fit(plan.scene, photos, plan.request.settings)
     unknowns = [item.native() for item in plan.unknowns]
     unknowns += [item.native() for item in plan.fields]
     if plan.stages:
-        return native.core().Fit(unknowns, stages=[stage.native() for stage in plan.stages])
+        stages = [stage.native() for stage in plan.stages]
+        return native.core().Fit(unknowns, stages=stages, workers=workers)
     settings = plan.request.settings.native()
     settings |= {} if refined else {"refinement": "off"}
-    return native.core().Fit(plan.scene, photos, unknowns, settings)
+    return native.core().Fit(plan.scene, photos, unknowns, settings, workers=workers)
 
 
 def fitted_values(plan: FitPlan, fit: FitResult) -> dict[tuple[str, str], Values]:

@@ -16,6 +16,7 @@ from ..capture.request import CaptureRequest, with_ids
 from ..capture.silhouette import Silhouettes
 from ..capture.value_kinds import PACKED
 from ..messages import remark, thing
+from ..parameters import Values
 from ..paths import MISSING, why_not_file
 from ..problems import BadInput, Problem, refused
 from ..scene_read.build import build
@@ -53,6 +54,9 @@ class FitPlan:
     transmits: bool = False  # a fitted material refracts, or may
     opaque: bool = False  # no light passes through any fitted material
     hold_out: tuple[Capture, ...] = ()  # photos that the fit does not see
+    #: What `scene` was built of, and the start values that it was given then.
+    source: SceneValues = field(default_factory=SceneValues)
+    starts: Mapping[tuple[str, str], Values] = field(default_factory=dict)
     #: By photo the angle of its camera about the vertical axis; empty where their lights differ.
     azimuths: Mapping[str, float] = field(default_factory=dict)
 
@@ -121,7 +125,8 @@ def prepare(
         raise BadInput(problems)
     values = values.without_shut({(item.owner, item.parameter.name) for item in unknowns})
     go_on()
-    scene = build_scene(all_fields.with_fields(values, fields))
+    source = all_fields.with_fields(values, fields)
+    scene = build_scene(source)
     if shape is not None:
         scene = shape.placed(scene, shape.start)
     if dark := problems_of_darkness(values, captures, unknowns, fields):
@@ -136,10 +141,11 @@ def prepare(
         if own.height not in by_height:
             by_height[own.height] = photos(own.height, [])
         active = stage_plan.active_fields(stage.name, wanted, unknowns, fields)
-        base = scene
+        base, base_source = scene, source
         if len(active) < len(fields):
-            base = build_scene(all_fields.with_fields(values, active))
-        stages.append(Stage(stage, own, by_height[own.height], base, tuple(active)))
+            base_source = all_fields.with_fields(values, active)
+            base = build_scene(base_source)
+        stages.append(Stage(stage, own, by_height[own.height], base, tuple(active), base_source))
     return FitPlan(
         request=replace(
             request,
@@ -158,6 +164,8 @@ def prepare(
         opaque=not (_transmits(values, requests) or _has_medium(values, requests)),
         hold_out=tuple(hold_out),
         azimuths=_azimuths(values, captures),
+        source=source,
+        starts=starts,
     )
 
 

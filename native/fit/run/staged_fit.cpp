@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/run/staged_fit.h"
 
+#include "fit/run/stage_worker.h"
 #include "math/fault.h"
 
 namespace selenite {
@@ -67,6 +68,7 @@ std::unique_ptr<Fit> StagedFit::fit_of(std::size_t stage, const RunPoint& point)
   FitSettings settings = one.settings;
   if (stage > 0) settings.search = "off";
   if (stage + 1 < stages_.size()) settings.refinement = "off";
+  if (settings.workers) settings.workers = workers_of_stage(settings.workers, stage, point);
   return std::make_unique<Fit>(unknowns_.scene_at(one, point), one.photos,
                                unknowns_.unknowns_at(one, point), std::move(settings));
 }
