@@ -3,6 +3,8 @@
 
 #include <pybind11/stl.h>
 
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -55,7 +57,7 @@ class PythonWorkers final : public RenderWorkers {
       if (found) return *std::move(found);
     }
     forget(number);
-    throw Cancelled();
+    throw Cancelled("The fit was cancelled");
   }
   void forget(std::int64_t number) override {
     in_python([&] { workers_.attr("forget")(number); });

@@ -1,35 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What workers need of a fit, as bytes: its scenes, unknowns and photos without their pixels.
+"""What workers need of a fit, as bytes: scenes, unknowns, photos without pixels; see `opened`.
 
-A scene is the calls that built it. A worker repeats them, so it needs neither Blender nor the files.
+A scene is the calls that built it. A worker repeats them and needs neither Blender nor files.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
-
-import numpy as np
 
 from ... import __version__, native
 from ...scene_read.build import describe
 from ...scene_read.values import SceneValues
 from ..plan import FitPlan
-from .plain import packed, unpacked
+from .opened import proof
+from .plain import packed
 
 if TYPE_CHECKING:
-    from ..._core import Scene, SceneBuilder, StageWorker, Unknown
+    from ..._core import SceneBuilder, Unknown
     from ...capture.prepared import Capture
-
-#: Size and samples of the picture by which a worker shows that it computes the same numbers.
-_PROOF_SIZE, _PROOF_SPP = 24, 8
 
 
 @dataclass(frozen=True)
 class Parcel:
-    """data: see `opened`. digest: of the data. proof: of a picture of the first scene."""
+    """digest: of the data. proof: of a picture of the first scene."""
 
     data: bytes
     digest: str
@@ -70,34 +66,6 @@ def parcel_of(plan: FitPlan) -> Parcel:
     return Parcel(data, hashlib.sha256(data).hexdigest(), proof(first))
 
 
-def opened(data: bytes, threads: int) -> tuple[StageWorker, str]:
-    """Who answers the questions of the fit, and its proof. Raises ValueError, KeyError."""
-    found = cast("Mapping[str, list]", unpacked(data))
-    core = native.core()
-    scenes = [_built(calls) for calls in found["scenes"]]
-    starts = {(owner, name): value for owner, name, value in found["starts"]}
-    scenes[0] = scenes[0].with_values(starts)
-    stages = [
-        core.Stage(
-            item["name"], item["parameters"], item["fields"], scenes[item["scene"]],
-            [core.Photo(reference=np.ones((1, 1, 3), np.float32), **photo) for photo in item["photos"]],
-            item["settings"],
-        )
-        for item in found["stages"]
-    ]  # fmt: skip
-    unknowns = [core.Unknown(**item) for item in found["unknowns"]]
-    first = scenes[found["stages"][0]["scene"]]
-    return core.StageWorker(unknowns, stages, threads=threads), proof(first)
-
-
-def proof(scene: Scene) -> str:
-    """Digest of a small picture, with what rounding makes of it: of the same scene, build and kind of
-    processor it is the same."""
-    photo = native.core().Photo(scene.cameras[0], size=(_PROOF_SIZE, _PROOF_SIZE))
-    film = native.core().Evaluator(scene, threads=1).picture(photo, _PROOF_SPP)
-    return hashlib.sha256(np.ascontiguousarray(film.image).tobytes()).hexdigest()
-
-
 def _photos(captures: Sequence[Capture]) -> list[dict[str, object]]:
     return [
         {"camera": one.camera, "id": one.id, "lights": one.lights, "gain": one.gain, **one.of_fit}
@@ -131,12 +99,3 @@ def _calls(values: SceneValues) -> list[list[object]]:
     recorder = _Recorder()
     describe(values, cast("SceneBuilder", recorder))
     return recorder.calls
-
-
-def _built(calls: Sequence[tuple[str, Sequence[object], Mapping[str, object]]]) -> Scene:
-    builder = native.core().SceneBuilder()
-    for name, args, named in calls:
-        if not name.startswith(("add_", "set_")):
-            raise ValueError(f"'{name}' describes no scene")
-        getattr(builder, name)(*args, **named)
-    return builder.build()

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ... import __version__, native
-from .parcel import opened
+from .opened import opened
 
 if TYPE_CHECKING:
     from ..._core import StageWorker

@@ -13,14 +13,15 @@ from typing import TYPE_CHECKING
 from ...messages import thing
 from ...problems import BadInput, Problem, listed
 from . import worker
-from .parcel import Parcel
 from .worker import Share
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-#: An answer is late after so many times what the slowest so far took for the same work, and not before so
-#: many seconds; before the first answer after so many.
+    from .parcel import Parcel
+
+#: An answer is late after so many times what the slowest took for the same work, and not before
+#: so many seconds; before the first answer after so many.
 _LATE, _SOONEST, _FIRST = 20.0, 20.0, 900.0
 #: How often a question is asked anew before the fit ends.
 _TRIES = 4
@@ -45,7 +46,7 @@ class _Asked:
 
 
 class ClusterWorkers:
-    """What `core.Fit(workers=)` takes. Answers do not depend on who gives them, nor on their order."""
+    """What `core.Fit(workers=)` takes. Answers depend neither on who gives them nor on when."""
 
     def __init__(
         self,
@@ -57,12 +58,13 @@ class ClusterWorkers:
         soonest: float = _SOONEST,
     ) -> None:
         """Sends the parcel to all workers and compares what they are with this process. say: takes
-        remarks. soonest: seconds before which no answer is late. Raises BadInput."""
+        remarks. soonest: seconds before which nothing is late. Raises BadInput."""
         self._client, self._parcel, self._say, self._soonest = client, parcel, say, soonest
         self._numbers = itertools.count(1)
         self._asked: dict[int, _Asked] = {}
         self._silent: set[str] = set()  # workers that are not asked any more
         self._pace = 0.0  # seconds for a unit of work, of the slowest answer
+        self._lost_since: float | None = None  # the scheduler, by the clock
         known = _workers(client)
         if not known:
             raise BadInput(Problem("Cluster", "it has no worker", "start one with dask worker"))
@@ -85,13 +87,17 @@ class ClusterWorkers:
         from distributed import TimeoutError as NotYet
 
         asked = self._asked[number]
+        if not self._connected():
+            time.sleep(seconds)
+            return None
         try:
             found = asked.future.result(timeout=seconds)
         except NotYet:
             self._ask_others(asked)
             return None
         except (Exception, CancelledError) as error:
-            self._ask_again(asked, error)
+            if self._connected():
+                self._ask_again(asked, error)
             return None
         if not isinstance(found, bytes):
             raise ClusterFailed(f"a worker answers with {type(found).__name__} in place of bytes")
@@ -148,7 +154,6 @@ class ClusterWorkers:
         late = max(self._soonest, _LATE * self._pace * asked.work) if self._pace else _FIRST
         if took < late:
             return
-        self._alive()
         who = {
             name
             for name, keys in self._client.processing().items()
@@ -168,7 +173,6 @@ class ClusterWorkers:
 
     def _ask_again(self, asked: _Asked, error: BaseException) -> None:
         """A worker has died with the question, or with the scene."""
-        self._alive()
         if asked.tries >= _TRIES or isinstance(error, (ValueError, KeyError)):
             raise ClusterFailed(f"a worker cannot render a photo: {error}") from error
         asked.tries += 1
@@ -180,12 +184,18 @@ class ClusterWorkers:
         asked.future = self._submit(asked.question, asked.late_of)
         asked.since = time.monotonic()
 
-    def _alive(self) -> None:
-        """Raises ClusterFailed where the scheduler is gone."""
-        if self._client.status != "running":
+    def _connected(self) -> bool:
+        """Raises ClusterFailed where the scheduler has been away for too long."""
+        if self._client.status == "running":
+            self._lost_since = None
+            return True
+        now = time.monotonic()
+        self._lost_since = self._lost_since or now
+        if self._client.status == "closed" or now - self._lost_since > self._soonest:
             raise ClusterFailed(
                 "the scheduler does not answer; start it again, and go on with --resume"
             )
+        return False
 
 
 def _workers(client: Client) -> dict[str, dict]:
