@@ -280,7 +280,7 @@ def test_operator_writes_into_the_result_folder(tmp_path):
     assert "selenite.check_in_cycles" in draw(panels.SELENITE_PT_cycles)
     assert bpy.ops.selenite.check_in_cycles() == {"FINISHED"}
     assert snapshot(bpy.context.scene) == before and datablocks() == blocks
-    folder = state.RUN.folder
+    folder = state.RUN.done.folder
     report = json.loads((folder / "result.json").read_text())
     assert report["parameters"]["Body:base_color"] and report["cycles"]["photos"]["Camera"]
     assert state.CHECK.sheet == folder / "cycles_check.png" and state.CHECK.sheet.is_file()
@@ -289,7 +289,7 @@ def test_operator_writes_into_the_result_folder(tmp_path):
     assert "Cycles agrees" in draw(panels.SELENITE_PT_head)
     bpy.ops.selenite.set_cycles()
     assert "Filter Glossy" not in draw(panels.SELENITE_PT_cycles)
-    state.RUN.result = None  # as after loading the file again: the rows alone are left
+    state.RUN.done = None  # as after loading the file again: the rows alone are left
     settings.output = str(tmp_path / "again")
     assert bpy.ops.selenite.check_in_cycles() == {"FINISHED"}
     assert (next(Path(settings.output).iterdir()) / "cycles_check.png").is_file()

@@ -348,13 +348,13 @@ def test_the_panel_keeps_the_result_and_tells_of_the_record(tmp_path, monkeypatc
         drawn = " ".join(draw(panels.SELENITE_PT_fit).split())
         assert "is not kept" in drawn
         bpy.ops.selenite.stop()
-        state.RUN.job.join()
+        state.RUN.fitting.job.join()
         assert start._finish(bpy.context) == {"FINISHED"}
-    assert any("is not kept" in note for note in state.RUN.result.notes)
+    assert any("is not kept" in note for note in state.RUN.done.result.notes)
     assert len(settings.results) == 1
     with monkeypatch.context() as patch:
         patch.setattr(results, "write_json", full)
         with pytest.raises(RuntimeError, match="Cannot write to .* choose another folder"):
             bpy.ops.selenite.save_result()
-    assert state.RUN.result is not None
+    assert state.RUN.done is not None
     assert bpy.ops.selenite.save_result() == {"FINISHED"}

@@ -27,8 +27,9 @@ def prepare():
 
 def second_stage():
     """The first stage has ended, and a tick has seen remarks on the second one."""
-    progress, job = state.RUN.progress, state.RUN.job
-    return progress is not None and progress.stage == 1 and bool(job.newest_notes)
+    fitting = state.RUN.fitting
+    progress = fitting.progress if fitting is not None else None
+    return progress is not None and progress.stage == 1 and bool(fitting.job.newest_notes)
 
 
 def steps():
@@ -40,12 +41,12 @@ def steps():
     yield second_stage
     yield 2.5  # the state goes to disk
     picture("second stage")
-    folder = state.RUN.recorder.folder
+    folder = state.RUN.fitting.recorder.folder
     assert (folder / "state.json").is_file()
-    state.RUN.recorder = None  # as if Blender had ended here
+    state.RUN.fitting.recorder = None  # as if Blender had ended here
     press_escape()
     yield lambda: not state.RUN.is_active
-    assert [stage.iterations > 0 for stage in state.RUN.result.fit.stages] == [True, True]
+    assert [stage.iterations > 0 for stage in state.RUN.done.result.fit.stages] == [True, True]
     yield 0.5
     picture("remarks")
 

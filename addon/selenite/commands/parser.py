@@ -196,8 +196,8 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     unseen = "texels or vertices that no photo sees stay as they were, or are filled from around"
     add("--unseen", **many, metavar="OWNER:FIELD=keep|fill", help=unseen)
     stages = "what is fitted first: usual (default; light-first where the world's image, an image "
-    stages += "and its colour are fitted), none, ior-last, colours-first, light-first, auto (what "
-    stages += "photos determine), or a JSON file"
+    stages += "and its colour are fitted), none, ior-last, colours-first, light-first, or a JSON "
+    stages += "file"
     add("--stages", metavar="FILE", help=stages)
     environment.add_environment(group)
     add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")

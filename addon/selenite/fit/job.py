@@ -49,20 +49,17 @@ class SavedState:
 class FitJob:
     """Start, poll, cancel, join, result. The caller joins before it drops the job."""
 
-    def __init__(
-        self, plan: FitPlan, state: SavedState | None = None, *, refined: bool = True
-    ) -> None:
+    def __init__(self, plan: FitPlan, state: SavedState | None = None) -> None:
         """Validates natively, every stage too, and starts nothing. Raises BadInput.
 
-        `state`: of a fit with this plan, which goes on as that one would have done. `refined`:
-        False where the values need no intervals.
+        `state`: of a fit with this plan, which goes on as that one would have done.
         """
         self.plan = plan
         self._notes: tuple[str, ...] = ()
         self._next_diagnosis = 0.0  # by the clock
         self._diagnosing: threading.Thread | None = None
         with refused("Fit", "change the settings or the bounds"):
-            self._fit = _native_fit(plan, refined=refined)
+            self._fit = _native_fit(plan)
         if state is not None:
             self._restore(state)
 
@@ -186,7 +183,7 @@ class FitJob:
         return (*self.notes(), *still_falling(fit))
 
 
-def _native_fit(plan: FitPlan, *, refined: bool) -> Fit | ShapeFit:
+def _native_fit(plan: FitPlan) -> Fit | ShapeFit:
     """Raises ValueError, KeyError."""
     photos = [capture.native() for capture in plan.captures]
     for item in plan.fields:
@@ -196,9 +193,7 @@ def _native_fit(plan: FitPlan, *, refined: bool) -> Fit | ShapeFit:
     unknowns += [item.native() for item in plan.fields]
     if plan.stages:
         return native.core().Fit(unknowns, stages=[stage.native() for stage in plan.stages])
-    settings = plan.request.settings.native()
-    settings |= {} if refined else {"refinement": "off"}
-    return native.core().Fit(plan.scene, photos, unknowns, settings)
+    return native.core().Fit(plan.scene, photos, unknowns, plan.request.settings.native())
 
 
 def fitted_values(plan: FitPlan, fit: FitResult) -> dict[tuple[str, str], Values]:

@@ -63,16 +63,16 @@ def update() -> bool:
     unknown = field()
     if unknown is None:
         return False
-    values, running = None, RUN.job is not None
-    if RUN.job is not None:
+    values, fitting, done = None, RUN.fitting, RUN.done
+    if fitting is not None:
         try:
-            values = RUN.job.field(unknown.name)
+            values = fitting.job.field(unknown.name)
         except FitFailed:
             return False
-    elif RUN.result is not None and RUN.plan is not None:
-        values = fitted_environment(RUN.plan.fields, RUN.result.fields)
+    elif done is not None:
+        values = fitted_environment(done.plan.fields, done.result.fields)
     show(unknown.start if values is None else values)
-    return running
+    return fitting is not None
 
 
 def show(values: np.ndarray) -> bpy.types.Image:

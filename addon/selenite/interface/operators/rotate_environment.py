@@ -16,7 +16,8 @@ from ...scene_read.scene import reading
 from ...write_back import environments
 from ..progress.background import draw_work
 from ..request import fit_settings
-from ..state import CANCELLED, ROTATION
+from ..running.run import CANCELLED
+from ..state import ROTATION
 from ..texts import announce, paragraph
 from ..ticking import WorksInThread
 
