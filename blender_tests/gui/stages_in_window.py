@@ -1,10 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An own list of stages in the panel, its run, a remark below it, and a run that goes on."""
 
-import json
-
 import bpy
-from _driving import ENDLESS, FOLDER, in_window, made, photographed, picture, press_escape, run
+from _driving import (
+    ENDLESS,
+    FOLDER,
+    in_window,
+    made,
+    photographed,
+    picture,
+    press_escape,
+    run,
+    running,
+)
 
 from selenite.interface import panels, state
 
@@ -50,11 +58,11 @@ def steps():
     yield 0.5
     picture("remarks")
 
-    run_file = folder / "run.json"
-    asked = json.loads(run_file.read_text(encoding="utf-8"))
-    asked["stages"][1]["iterations"] = 1
-    run_file.write_text(json.dumps(asked), encoding="utf-8")
     in_window(bpy.ops.selenite.resume, "EXEC_DEFAULT", directory=str(folder))
+    yield lambda: running() or not state.RUN.is_active
+    assert state.RUN.is_active, state.PROBLEMS
+    assert state.RUN.fitting.progress.stage == 1, "the first stage is not fitted again"
+    press_escape()
     yield lambda: not state.RUN.is_active
     assert len(settings.results) == 2
     yield lambda: not folder.exists()  # its record is closed by a thread

@@ -206,8 +206,7 @@ def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FinishedFit:
         if resumed or job.so_far().iterations:
             raise
         recorder.finished()
-        cure = "change the photos or the settings"
-        raise BadInput(Problem("Fit", str(error), cure)) from error
+        raise BadInput(error.problems) from error
     finally:
         job.join()
     recorder.update(job, now=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -29,12 +29,18 @@ _DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
 #: Pixels of all photos up to which a diagnosis is made by who polls: some 20 ms. Above it has a
 #: thread, or whoever draws an interface would wait for it.
 _PIXELS_AT_ONCE = 150_000
+#: Of a fit that fails for a reason without one.
+_CURE = "change the photos or the settings"
 #: Phases of a fit that are asked for by name; the native module has more.
 MULTI_START, DESCENT = "multi-start", "descent"
 
 
 class FitFailed(Failed):
-    """The native fit stopped with an error."""
+    """The native fit stopped: why, as of BadInput."""
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems = list(problems)
+        super().__init__("\n".join(problem.line() for problem in self.problems))
 
 
 @dataclass(frozen=True)
@@ -77,8 +83,10 @@ class FitJob:
     def progress(self) -> Progress:
         """Cheap, at any time. Raises FitFailed when the thread met an error."""
         state = self._fit.progress()
-        if state.error:
-            raise FitFailed(_in_words(state.error))
+        if state.problems:
+            raise FitFailed(
+                Problem(said.object, said.cause, said.cure or _CURE) for said in state.problems
+            )
         if state.running and time.monotonic() >= self._next_diagnosis:
             self._diagnose()
             self._next_diagnosis = time.monotonic() + _DIAGNOSE_EVERY
@@ -214,14 +222,6 @@ def scene_at(
     for item in plan.fields:
         scene = item.placed(scene, fields[item.name])
     return scene
-
-
-def _in_words(error: str) -> str:
-    if "bad_alloc" in error:
-        return (
-            "the computer's memory does not suffice; lower the height or fit fewer photos at once"
-        )
-    return error
 
 
 def _text(error: Exception) -> str:

@@ -199,8 +199,8 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         try:
             ended = fitting.job.progress()
         except FitFailed as error:
-            RUN.over(str(error))
-            announce(self, {"ERROR"}, str(error))
+            RUN.over("")
+            report_problems(self, error)
             return self._over(context)
         if not fitting.keep or scene is None:
             RUN.forget()
