@@ -16,7 +16,7 @@ from selenite.scene_read.shading import panorama
 from selenite.scene_read.shading.panorama import sizes
 from selenite.scene_read.shading.world import evaluate
 
-pytestmark = pytest.mark.blender
+pytestmark = [pytest.mark.blender, pytest.mark.slow]
 
 EFFORT = parity.Effort(samples=32, seeds=4, native_samples=256, rounds=1)
 SIZE = 32

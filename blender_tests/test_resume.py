@@ -30,7 +30,7 @@ from selenite.interface.running.work import Finishing
 from selenite.problems import BadInput
 from selenite.report import results
 
-pytestmark = pytest.mark.blender
+pytestmark = [pytest.mark.blender, pytest.mark.slow]
 
 ROOT = Path(__file__).resolve().parent.parent
 #: The command line, which writes its state every tenth of a second in place of every few: a fit of
