@@ -43,7 +43,6 @@ COMMANDS: dict[str, dict[str, str]] = {
         "demo": "fits the demo scene",
     },
     "light from the world": {
-        "rotate-world": "finds the rotation and strength of a known panorama by the photos",
         "lamps": "makes suns of the bright spots of the world's image",
     },
     "what the renderer computes": {
@@ -77,7 +76,6 @@ def build_parser() -> argparse.ArgumentParser:
     _add_compare(commands)
     _add_next_camera(commands)
     _add_trade(commands)
-    environment.add_rotate_world(_command(commands, "rotate-world", ".commands.rotate_world"))
     environment.add_lamps(_command(commands, "lamps", ".commands.lamps"))
     _add_demo(commands)
     return parser

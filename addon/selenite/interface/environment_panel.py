@@ -22,7 +22,6 @@ from ..scene_read.reading.render_depsgraph import Reading
 from ..scene_read.scene import reading
 from ..scene_read.values import SceneValues
 from ..write_back import suns
-from .operators import rotate_environment
 from .pictures import images
 from .progress.background import draw_work
 from .state import RUN, SPOTS
@@ -106,7 +105,6 @@ class SELENITE_PT_environment(bpy.types.Panel):
             image: BpyStruct = bpy.data.images.get(IMAGE)
             if image is not None and image.preview is not None:
                 self.layout.template_icon(icon_value=image.preview.icon_id, scale=8.0)
-        rotate_environment.draw(self.layout, context)
         if not draw_work(self.layout, SPOTS):
             self.layout.operator("selenite.lamps_from_environment", icon="LIGHT_SUN")
 

@@ -153,13 +153,12 @@ TRADE = Measurement()
 NEXT: Background[Work] = Background()
 ESTIMATE: Background[Work] = Background()
 SAVE: Background[Work] = Background()
-ROTATION: Background[Work] = Background()
 MASK: Background[Work] = Background(hears=False)
 SPOTS: Background[Work] = Background(hears=False)
 # Of modules that import this one
 SAMPLE: Background[Any] = Background()
 PAIRING: Background[Any] = Background(hears=False)
-JOBS = (TRADE, NEXT, ESTIMATE, SAVE, ROTATION, MASK, SPOTS, SAMPLE)
+JOBS = (TRADE, NEXT, ESTIMATE, SAVE, MASK, SPOTS, SAMPLE)
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last read it.
