@@ -35,9 +35,6 @@ def tick(**values):
 def settings(addon, tmp_path):
     """A ball under a grey world, with a photo; nothing is ticked."""
     made.studio(base_color=(0.5, 0.4, 0.3), roughness=0.5)
-    # Else Cycles draws light from a map of 8 million pixels of a generated image, in each render.
-    world = bpy.context.scene.world.cycles
-    world.sampling_method, world.sample_map_resolution = "MANUAL", 256
     path = made.photo(tmp_path / "Camera.exr", value=0.15)
     found = bpy.context.scene.selenite
     bpy.ops.selenite.refresh_rows()
