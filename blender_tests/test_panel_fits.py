@@ -142,7 +142,7 @@ def test_the_saved_result_has_the_best_values_and_pictures_as_set(settings, monk
         assert (picture.spp, picture.seed, picture.depth, picture.threads) == (3, 11, 5, 2)
     found = recording_fit.values_of(recorded.pictures[-1].scene, [COLOUR])[COLOUR]
     assert found == pytest.approx(recorded.fit.best[COLOUR])
-    run = read_run(state.RUN.folder / "run.json")
+    run = read_run(state.RUN.done.folder / "run.json")
     assert [item.learning_rate for item in run.unknowns] == pytest.approx([0.04, 0.08])
     assert [item.maximum for item in run.unknowns] == pytest.approx([0.9, 0.6])
 
@@ -210,7 +210,7 @@ def begun(monkeypatch):
     start = Pressed(Start)
     assert start._start(bpy.context)
     assert start.modal(bpy.context, TIMER) == {"PASS_THROUGH"}
-    assert state.RUN.progress.running and not results()
+    assert state.RUN.fitting.progress.running and not results()
     return start, recorded.fit
 
 
@@ -220,7 +220,7 @@ def test_esc_stops_the_fit_and_keeps_its_best_values(settings, monkeypatch):
     assert fit.calls.count("cancel") == 1
     assert until_over(start, bpy.context) == {"FINISHED"}
     assert_best(fit)
-    assert "best values so far are kept" in state.RUN.message and state.RUN.job is None
+    assert "best values so far are kept" in state.RUN.message and not state.RUN.is_active
 
 
 def test_other_keys_go_on_to_blender(settings, monkeypatch):
@@ -228,7 +228,7 @@ def test_other_keys_go_on_to_blender(settings, monkeypatch):
     for kind, value in (("ESC", "RELEASE"), ("A", "PRESS"), ("MOUSEMOVE", "NOTHING")):
         event = SimpleNamespace(type=kind, value=value)
         assert start.modal(bpy.context, event) == {"PASS_THROUGH"}
-    assert "cancel" not in fit.calls and state.RUN.job is not None
+    assert "cancel" not in fit.calls and state.RUN.fitting is not None
     bpy.ops.selenite.cancel()
     start.modal(bpy.context, TIMER)
 
@@ -241,7 +241,7 @@ def test_stop_keeps_and_cancel_forgets(settings, monkeypatch, keep):
     ended = until_over(start, bpy.context)
     assert ended == ({"FINISHED"} if keep else {"CANCELLED"})
     assert bool(results()) == keep
-    assert colour() == pytest.approx([0.8, 0.4, 0.2]) and state.RUN.job is None
+    assert colour() == pytest.approx([0.8, 0.4, 0.2]) and not state.RUN.is_active
 
 
 def test_a_second_fit_takes_the_place_of_the_first(settings, monkeypatch):

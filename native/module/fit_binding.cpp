@@ -140,7 +140,7 @@ as that one would have had. seconds: what it had taken.
 Raises:
     ValueError: the bytes are damaged, or of a fit with other arguments or another version.)")
       .def("progress", &progress_of,
-           "Cheap, at any time. A failure of the fit is its `error`, never raised.")
+           "Cheap, at any time. A failure of the fit is its `problems`, never raised.")
       .def("preview", &preview_array, "photo_index"_a,
            "Newest picture of a photo, (h, w, 3) float32, or None before the first.")
       .def("history", &history_of, "of_stage"_a = false,

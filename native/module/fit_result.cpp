@@ -239,7 +239,7 @@ FoundFit found_by(const FitJob& job) {
   found.iterations = before + r.iterations;
   found.stopped = s.stopped;
   found.stopped_because = stopped_because(s.stopped, s.message);
-  found.error = s.error;
+  found.faults = s.faults;
   found.optimiser = newest.optimiser;
   found.counts = sum;
   found.seconds = s.seconds;
@@ -265,7 +265,8 @@ void bind_progress(py::module_& m) {
   py::class_<FitProgress>(m, "Progress", "How far a fit has come.")
       .def_property_readonly("running", of(&FitState::running))
       .def_property_readonly("done", of(&FitState::done))
-      .def_property_readonly("error", of(&FitState::error), "Why it failed; \"\" if it did not.")
+      .def_property_readonly("problems", of(&FitState::faults),
+                             "Why it failed; empty if it did not.")
       .def_property_readonly("stopped", of(&FitState::stopped))
       .def_readonly("stopped_because", &FitProgress::stopped_because, "In words, for people.")
       .def_property_readonly("stage", of(&FitState::stage), "From 0.")
@@ -391,7 +392,7 @@ its noise. Losses and report are those of the last stage.)")
       .def_readonly("iterations", &FoundFit::iterations)
       .def_readonly("stopped", &FoundFit::stopped)
       .def_readonly("stopped_because", &FoundFit::stopped_because, "In words, for people.")
-      .def_readonly("error", &FoundFit::error, "Why it failed; \"\" if it did not.")
+      .def_readonly("problems", &FoundFit::faults, "Why it failed; empty if it did not.")
       .def_readonly("optimiser", &FoundFit::optimiser)
       .def_property_readonly("samples", count(&RenderCounts::samples))
       .def_property_readonly("dropped", count(&RenderCounts::dropped))

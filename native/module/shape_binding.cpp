@@ -45,7 +45,7 @@ FitProgress progress_of(const ShapeJob& job) {
   FitState state;
   state.running = s.running;
   state.done = s.done;
-  state.error = s.error;
+  state.faults = s.faults;
   state.stopped = s.stopped;
   state.phase_fraction = s.iterations > 0 ? static_cast<double>(s.iteration) / s.iterations : 1.0;
   state.iteration = state.own_iteration = s.iteration;
@@ -92,7 +92,7 @@ FoundFit found_by(const ShapeJob& job) {
   found.iterations = r->iterations;
   found.stopped = s.stopped;
   found.stopped_because = stop_text(s.stopped);
-  found.error = s.error;
+  found.faults = s.faults;
   found.optimiser = "large-steps";
   found.counts.samples = r->samples;
   found.counts.cpu_seconds = r->cpu_seconds;

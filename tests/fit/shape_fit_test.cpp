@@ -148,7 +148,7 @@ TEST(ShapeJob, CanBeCancelled) {
   job.join();
   EXPECT_TRUE(job.state().done);
   EXPECT_EQ(job.state().stopped, StopReason::kCancelled);
-  EXPECT_TRUE(job.state().error.empty());
+  EXPECT_TRUE(job.state().faults.empty());
 }
 
 }  // namespace

@@ -43,7 +43,6 @@ COMMANDS: dict[str, dict[str, str]] = {
         "demo": "fits the demo scene",
     },
     "light from the world": {
-        "rotate-world": "finds the rotation and strength of a known panorama by the photos",
         "lamps": "makes suns of the bright spots of the world's image",
     },
     "what the renderer computes": {
@@ -77,7 +76,6 @@ def build_parser() -> argparse.ArgumentParser:
     _add_compare(commands)
     _add_next_camera(commands)
     _add_trade(commands)
-    environment.add_rotate_world(_command(commands, "rotate-world", ".commands.rotate_world"))
     environment.add_lamps(_command(commands, "lamps", ".commands.lamps"))
     _add_demo(commands)
     return parser
@@ -196,8 +194,8 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     unseen = "texels or vertices that no photo sees stay as they were, or are filled from around"
     add("--unseen", **many, metavar="OWNER:FIELD=keep|fill", help=unseen)
     stages = "what is fitted first: usual (default; light-first where the world's image, an image "
-    stages += "and its colour are fitted), none, ior-last, colours-first, light-first, auto (what "
-    stages += "photos determine), or a JSON file"
+    stages += "and its colour are fitted), none, ior-last, colours-first, light-first, or a JSON "
+    stages += "file"
     add("--stages", metavar="FILE", help=stages)
     environment.add_environment(group)
     add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")

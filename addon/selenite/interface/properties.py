@@ -52,7 +52,7 @@ SEARCH_ITEMS = (
     ("on", "Always", "Evaluate many starting points", 1),
     ("off", "Never", "Step from the given start", 2),
 )
-# Beside the first and the own list, the names are those of fit.staging.request.
+# Beside the own list, the names are those of fit.staging.request. 4 was "auto" in older files.
 STAGE_ITEMS = (
     (
         "usual",
@@ -75,13 +75,6 @@ STAGE_ITEMS = (
         5,
     ),
     ("own", "Own List", "What the stages below name; ticks do not count", 3),
-    (
-        "auto",
-        "Automatic",
-        "First what the photos determine where multi-start ends, then everything; measured to be "
-        "no better than All at Once for the same time",
-        4,
-    ),
 )
 
 

@@ -196,7 +196,6 @@ def _log(plan: FitPlan, report: ResultFile, result: FinishedFit) -> str:
         ),
         f"Settings: {json.dumps(plan.request.settings.as_json())}",
         *(f"Warning: {text}" for text in report.warnings),
-        *([f"Stages: {plan.request.staging}"] if plan.request.staging else []),
         *(
             f"Stage {number} '{stage.name}': {', '.join(stage.parameters)}; "
             f"{stage.iterations} iterations, {stage.seconds:.2f} s, {stage.stopped_because}"

@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "math/fault.h"
+#include "fit/run/failure.h"
 
 namespace selenite {
 namespace {
@@ -59,7 +59,7 @@ void ShapeJob::run() {
   } catch (const std::exception& error) {
     {
       const std::scoped_lock lock(mutex_);
-      error_ = error.what();
+      faults_ = failure(error, "Fit");
     }
     fit_.stop(StopReason::kError);
     publish(true);
@@ -102,7 +102,7 @@ ShapeState ShapeJob::state() const {
   ShapeState state;
   state.running = started_ && !over_;
   state.done = over_;
-  state.error = error_;
+  state.faults = faults_;
   state.stopped = over_ ? stopped_ : StopReason::kNone;
   state.iteration = result_->iterations;
   state.iterations = fit_.settings().iterations;

@@ -10,13 +10,14 @@
 #include <vector>
 
 #include "fit/shape/shape_fit.h"
+#include "math/fault.h"
 
 namespace selenite {
 
 /// What a running descent of vertices reports.
 struct ShapeState {
   bool running = false, done = false;
-  std::string error;  ///< why it failed; empty if it did not
+  std::vector<Fault> faults;  ///< why it failed; empty if it did not
   StopReason stopped = StopReason::kNone;
   int iteration = 0, iterations = 0;
   double loss = 0;  ///< newest; NaN: none yet
@@ -61,7 +62,7 @@ class ShapeJob {
   StopReason stopped_ = StopReason::kNone;
   std::vector<std::shared_ptr<const Picture>> previews_;
   std::shared_ptr<const std::string> saved_;
-  std::string error_;
+  std::vector<Fault> faults_;
   std::mutex join_mutex_;
   std::thread thread_;
 };
