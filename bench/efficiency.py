@@ -38,8 +38,8 @@ _USUAL = ("opaque-0", "glass-0", "half-0", "medium-0")
 @dataclass(frozen=True)
 class Row:
     """Of one parameter: root mean squares over its components, medians over the fits. Efficiencies
-    are None where no fit determines it. doubt: relative standard error of the bound. held: of
-    `intervals` of 90 %, those that contain the truth."""
+    are None where no fit determines it. doubt: relative standard error of the bound. contained:
+    of `intervals` of 90 %, those that contain the truth."""
 
     case: str
     parameter: str
@@ -50,7 +50,7 @@ class Row:
     doubt: float | None
     determined: int
     fits: int
-    held: int
+    contained: int
     intervals: int
     cpu_seconds: float
 
@@ -124,12 +124,12 @@ def rows(name: str, settings: FitSettings, options: argparse.Namespace) -> list[
     for item in truth.unknowns:
         part = slice(at, at := at + item.parameter.width)
         shares, of_all, reported, least, doubts = [], [], [], [], []
-        held = intervals = 0
+        contained = intervals = 0
         for one in fits:
             if not one.determined[part].all():
                 continue
             low, high = one.intervals[part].T
-            held += int(((low <= item.start) & (item.start <= high)).sum())
+            contained += int(((low <= item.start) & (item.start <= high)).sum())
             intervals += item.parameter.width
             reported.append(_root_mean_square(one.errors[part]))
             for samples, kept_in in ((one.own, shares), (one.samples, of_all)):
@@ -147,7 +147,7 @@ def rows(name: str, settings: FitSettings, options: argparse.Namespace) -> list[
         found.append(
             Row(
                 name, item.parameter.name, median(shares), median(of_all), median(reported),
-                median(least), median(doubts), len(reported), len(fits), held, intervals,
+                median(least), median(doubts), len(reported), len(fits), contained, intervals,
                 float(np.median([one.cpu_seconds for one in fits])),
             )
         )  # fmt: skip
@@ -182,7 +182,7 @@ def line(row: Row) -> str:
         f"| {row.case} | {row.parameter} | {shown(row.efficiency, '.3f')} "
         f"| {shown(row.of_all_paths, '.3f')} | {shown(row.reported, '.2g')} "
         f"| {shown(row.bound, '.2g')} ± {shown(row.doubt, '.0%')} "
-        f"| {row.held} of {row.intervals} | {row.determined} of {row.fits} |"
+        f"| {row.contained} of {row.intervals} | {row.determined} of {row.fits} |"
     )
 
 
@@ -197,7 +197,9 @@ def main() -> int:
     add("--out", type=Path, default=ROOT / "build" / "efficiency", help="(%(default)s)")
     options = parser.parse_args()
     if not options.json:
-        print("| case | parameter | efficiency | of all paths | reported | bound | held | fits |")
+        print(
+            "| case | parameter | efficiency | of all paths | reported | bound | intervals | fits |"
+        )
         print("|---|---|---|---|---|---|---|---|", flush=True)
     for name in options.cases:
         for row in rows(name, subjects.settings_of(options), options):
