@@ -37,7 +37,7 @@ class FitSettings:
     depth: int = 0
     threads: int = 0
     accumulate: bool = True
-    picture_spp: int = 128
+    picture_spp: int = 64
     physical_refraction: bool = False
     search: str = "auto"
     precision: str = "usual"
