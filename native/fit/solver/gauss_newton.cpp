@@ -84,7 +84,7 @@ bool GaussNewton::has_instruments() const {
 
 InstrumentalVariables::Set GaussNewton::instruments(std::size_t i, Denoising denoising) const {
   return instruments_[i].all(problem_->layout, problem_->photos[i], weights()[i], progress(),
-                             denoising);
+                             denoising, problem_->threads);
 }
 
 Measurement GaussNewton::measure(std::span<const Observation> seen,

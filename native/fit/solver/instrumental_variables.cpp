@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "fit/problem/pixel_weights.h"
+#include "math/parallel_for.h"
 
 namespace selenite {
 
@@ -53,15 +55,26 @@ void InstrumentalVariables::add_picture(const Halves& halves, double weight) {
 
 InstrumentalVariables::Set InstrumentalVariables::all(const SlotLayout& layout, const Photo& photo,
                                                       const Eigen::VectorXf& importance,
-                                                      const Progress* progress,
-                                                      Denoising denoising) const {
-  Set set{half(layout, photo, &Part::a, importance, progress),
-          half(layout, photo, &Part::b, importance, progress)};
-  if (denoising == Denoising::kRegression) {
-    regress(layout, photo, &Part::a, importance, set.a);
+                                                      const Progress* progress, Denoising denoising,
+                                                      int threads) const {
+  Set set{means(&Part::a), means(&Part::b)};
+  const std::array<std::pair<Half*, Jacobian Part::*>, 2> halves{
+      {{&set.a, &Part::a}, {&set.b, &Part::b}}};
+  for (const auto& [half, which] : halves) half->filtered = half->slopes;
+  const auto columns = static_cast<int>(set.a.slopes.cols());
+  parallel_for(2 * columns, threads, [&](int i) {
     throw_if_cancelled(progress);
-    regress(layout, photo, &Part::b, importance, set.b);
-  }
+    const auto& [half, which] = halves[static_cast<std::size_t>(i % 2)];
+    const Eigen::Index k = i / 2;
+    if (parts_[0].weight[k] + parts_[1].weight[k] > 0)
+      half->filtered.col(k) = filtered(layout, photo, which, importance, *half, k);
+  });
+  if (denoising == Denoising::kRegression)
+    parallel_for(2, threads, [&](int i) {
+      throw_if_cancelled(progress);
+      const auto& [half, which] = halves[static_cast<std::size_t>(i)];
+      regress(layout, photo, which, importance, *half);
+    });
   return set;
 }
 
@@ -98,29 +111,20 @@ double InstrumentalVariables::share(Eigen::Index k) const {
   return first * second / ((first + second) * (first + second));
 }
 
-InstrumentalVariables::Half InstrumentalVariables::half(const SlotLayout& layout,
-                                                        const Photo& photo, Jacobian Part::*which,
-                                                        const Eigen::VectorXf& importance,
-                                                        const Progress* progress) const {
+Eigen::VectorXf InstrumentalVariables::filtered(const SlotLayout& layout, const Photo& photo,
+                                                Jacobian Part::*which,
+                                                const Eigen::VectorXf& importance, const Half& half,
+                                                Eigen::Index k) const {
   const auto& [first, second] = parts_;
-  Half result = means(which);
-  result.filtered = result.slopes;
-  for (Eigen::Index k = 0; k < result.slopes.cols(); ++k) {
-    throw_if_cancelled(progress);
-    if (first.weight[k] + second.weight[k] == 0) continue;
-    const int channel = layout.rows[static_cast<std::size_t>(k)].channel;
-    const Eigen::VectorXf slope = result.slopes.col(k);
-    if (share(k) == 0) {
-      result.filtered.col(k) = box_blur(clipped_derivative(slope, photo, channel, options_.filter),
-                                        photo.width, photo.height, options_.first_blur_radius);
-      continue;
-    }
-    const Eigen::VectorXf one = (first.*which).col(k) / static_cast<float>(first.weight[k]);
-    const Eigen::VectorXf other = (second.*which).col(k) / static_cast<float>(second.weight[k]);
-    result.filtered.col(k) = filtered_derivative(slope, one, other, share(k), photo, channel,
-                                                 importance, options_.filter);
-  }
-  return result;
+  const int channel = layout.rows[static_cast<std::size_t>(k)].channel;
+  const Eigen::VectorXf slope = half.slopes.col(k);
+  if (share(k) == 0)
+    return box_blur(clipped_derivative(slope, photo, channel, options_.filter), photo.width,
+                    photo.height, options_.first_blur_radius);
+  const Eigen::VectorXf one = (first.*which).col(k) / static_cast<float>(first.weight[k]);
+  const Eigen::VectorXf other = (second.*which).col(k) / static_cast<float>(second.weight[k]);
+  return filtered_derivative(slope, one, other, share(k), photo, channel, importance,
+                             options_.filter);
 }
 
 void InstrumentalVariables::regress(const SlotLayout& layout, const Photo& photo,

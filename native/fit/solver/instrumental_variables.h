@@ -54,9 +54,10 @@ class InstrumentalVariables {
   void add_picture(const Halves& halves, double weight);
   bool empty() const { return adds_.empty(); }
   /// Unless empty. `importance` of the rows, as in the sums that they will be part of.
-  /// Throws Cancelled, asked at every column.
+  /// `threads`: 0 = one per core. Throws Cancelled, asked at every column.
   Set all(const SlotLayout& layout, const Photo& photo, const Eigen::VectorXf& importance,
-          const Progress* progress = nullptr, Denoising denoising = Denoising::kFilter) const;
+          const Progress* progress = nullptr, Denoising denoising = Denoising::kFilter,
+          int threads = 1) const;
   /// The same with the means themselves as instruments: of so many samples that no filter is needed.
   Set plain() const;
   void members(SavedState& state);
@@ -71,8 +72,10 @@ class InstrumentalVariables {
   Half means(Jacobian Part::*which) const;
   /// Variance of the mean of column k over that of the difference of the parts.
   double share(Eigen::Index k) const;
-  Half half(const SlotLayout& layout, const Photo& photo, Jacobian Part::*which,
-            const Eigen::VectorXf& importance, const Progress* progress) const;
+  /// Column k of a half, clipped and filtered.
+  Eigen::VectorXf filtered(const SlotLayout& layout, const Photo& photo, Jacobian Part::*which,
+                           const Eigen::VectorXf& importance, const Half& half,
+                           Eigen::Index k) const;
   /// Blends the filtered columns of a half with their regressions, which count as much as they are noisy.
   void regress(const SlotLayout& layout, const Photo& photo, Jacobian Part::*which,
                const Eigen::VectorXf& importance, Half& half) const;
