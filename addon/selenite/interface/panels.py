@@ -35,7 +35,7 @@ _GROUPS = (
         "Steps",
         ("iterations", "until_converged", "loss", "tolerance", "optimiser", "accumulate", "search"),
     ),
-    ("Run", ("seed", "threads", "picture_spp")),
+    ("Run", ("precision", "seed", "threads", "picture_spp")),
 )
 
 
