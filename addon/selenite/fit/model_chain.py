@@ -8,13 +8,13 @@ fit has seen; the first that does not ends the sequence.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol, TypedDict
 
 from ..capture.request import CaptureRequest
-from ..messages import control, joined, message
+from ..messages import control, joined, message, phrase
 from ..problems import BadInput, Problem
 
 AUTO, OPAQUE, SUBSURFACE, MEDIUM = "auto", "opaque", "subsurface", "medium"
@@ -61,6 +61,17 @@ class Fitted:
     error: float | None
 
 
+class ModelRow(TypedDict):
+    """Of models.json: held_out: relative error of the photos that no fit has seen."""
+
+    model: str
+    held_out: float | None
+    cpu_seconds: float
+    kept: bool
+    folder: str | None
+    scene: str
+
+
 @dataclass(frozen=True)
 class Tried:
     """A step that has ended. kept: it is better than all before."""
@@ -75,7 +86,7 @@ class Tried:
         seconds = f"{self.found.cpu_seconds:.0f} s"
         return [self.step.name, error, seconds, "kept" if self.kept else "left"]
 
-    def as_json(self) -> dict[str, object]:
+    def as_json(self) -> ModelRow:
         """A row of models.json."""
         return {
             "model": self.step.name,
@@ -87,7 +98,7 @@ class Tried:
         }
 
     @staticmethod
-    def of_json(row: Mapping[str, Any]) -> Tried:
+    def of_json(row: ModelRow) -> Tried:
         """The inverse."""
         folder = None if row["folder"] is None else Path(row["folder"])
         found = Fitted(folder, Path(row["scene"]), row["cpu_seconds"], row["held_out"])
@@ -177,17 +188,9 @@ def with_hold_out(
     if any(item.hold_out for item in captures):
         return list(captures)
     if len(captures) < _FEWEST:
-        cause = message(
-            "model_chain.too-few-photos",
-            "it judges models by a photo that no fit sees, and there are {count}",
-            count=len(captures),
-        )
-        cure = message(
-            "model_chain.give-more-photos",
-            "give at least {fewest} photos, or fit one model with {fit}",
-            fewest=_FEWEST,
-            fit=control("fit-one-model", "--fit"),
-        )
+        cause = f"it judges models by a photo that no fit sees, and there are {len(captures)}"
+        words = f"give at least {_FEWEST} photos, or fit one model with {{fit}}"
+        cure = phrase(words, fit=control("fit-one-model", "--fit"))
         problems.append(Problem(title, cause, cure))
     return [
         replace(item, hold_out=at % _EVERY == min(_EVERY, len(captures)) // 2)
@@ -199,7 +202,7 @@ def in_short(tried: Sequence[Tried]) -> str:
     """By how much each step has helped, in a sentence."""
     first = tried[0]
     if first.found.error is None:
-        return message("model_chain.not-compared", "The photos held out were not compared")
+        return "The photos held out were not compared"
     parts = [
         message(
             "model_chain.off-by",

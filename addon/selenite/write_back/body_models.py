@@ -9,7 +9,7 @@ from pathlib import Path
 import bpy
 
 from .. import parameters
-from ..messages import message, thing
+from ..messages import thing
 from ..parameters import Parameter, Values
 from ..problems import BadInput, Problem
 from ..scene_read import hosts
@@ -74,25 +74,21 @@ def take(scene: bpy.types.Scene, material: bpy.types.Material, file: Path) -> bp
     the Volume objects that show its grids. Raises BadInput, and then the scene is as before."""
     title, name = thing("Material", material.name), material.name
     if not hosts.is_editable(material):
-        cause = message("body_models.from-library", "it comes from a library")
-        cure = message("body_models.make-local", "make it local")
+        cause = "it comes from a library"
+        cure = "make it local"
         raise BadInput(Problem(title, cause, cure))
     try:
         with bpy.data.libraries.load(str(file), link=False) as (there, loaded):
             loaded.materials = [item for item in there.materials if item == name]
             loaded.objects = [item for item in there.objects if grids.may_show(item, name)]
     except OSError as error:
-        cause = message(
-            "body_models.file-gone", "the fitted scene cannot be read: {file}", file=file
-        )
-        cure = message("body_models.fit-again", "fit again")
+        cause = f"the fitted scene cannot be read: {file}"
+        cure = "fit again"
         raise BadInput(Problem(title, cause, cure)) from error
     found = next(iter(loaded.materials), None)
     if found is None:
-        cause = message(
-            "body_models.not-there", "the fitted scene does not have it: {file}", file=file
-        )
-        raise BadInput(Problem(title, cause, message("body_models.fit-again", "fit again")))
+        cause = f"the fitted scene does not have it: {file}"
+        raise BadInput(Problem(title, cause, "fit again"))
     for item in loaded.objects:
         if grids.shows(item, name):
             scene.collection.objects.link(item)
@@ -110,8 +106,8 @@ def give_back(scene: bpy.types.Scene, material: bpy.types.Material) -> bpy.types
     name = material.name
     before = bpy.data.materials.get(material.get(_BEFORE, ""))
     if before is None:
-        cause = message("body_models.before-gone", "the material before it is gone")
-        cure = message("body_models.undo", "undo its removal")
+        cause = "the material before it is gone"
+        cure = "undo its removal"
         raise BadInput(Problem(thing("Material", name), cause, cure))
     grids.restore(scene, name)
     material.user_remap(before)

@@ -7,18 +7,18 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 import bpy
 
 from ...capture.captures_file import write_captures_file
 from ...capture.request import with_ids
 from ...capture.scene_captures import captures_of
-from ...messages import message, thing
+from ...messages import message
 from ...parameters import join_name
 from ...paths import file_stems
 from ...problems import BadInput, Problem, listed
-from ...report.batch_page import PAGE
+from ...report.batch_page import PAGE, Ended
 from ...report.results import new_folder
 from ...scene_read.blend_file import write_blend_copy
 from ...scene_read.blender_process import BlenderProcess
@@ -63,15 +63,16 @@ class SELENITE_OT_fit_objects(RunsCommand):
         scroll_up()
         return job, ["batch", str(folder / _FILE), f"--out={folder}"]
 
-    def _end(self, _scene: bpy.types.Scene, report: Mapping[str, Any]) -> set[str]:
-        fits = report["fits"]
-        left = [fit["name"] for fit in fits if fit["status"] != "done"]
+    def _end(self, _scene: bpy.types.Scene, report: Mapping[str, object]) -> set[str]:
+        rows = cast("Sequence[Mapping[str, object]]", report["fits"])
+        fits, folder = [Ended.of_json(row) for row in rows], Path(str(report["folder"]))
+        left = [fit.name for fit in fits if fit.status != "done"]
         text = message(
             "batch.objects-are-done",
             "{done} of {all} objects are fitted: {folder}",
             done=len(fits) - len(left),
             all=len(fits),
-            folder=report["folder"],
+            folder=folder,
         )
         BATCH.lines = [text]
         if left:
@@ -80,7 +81,7 @@ class SELENITE_OT_fit_objects(RunsCommand):
             )
         announce(self, {"WARNING" if left else "INFO"}, text)
         if not bpy.app.background:
-            bpy.ops.wm.url_open(url=(Path(report["folder"]) / PAGE).as_uri())
+            bpy.ops.wm.url_open(url=(folder / PAGE).as_uri())
         return {"FINISHED"}
 
 
@@ -95,9 +96,9 @@ def _tables(scene: bpy.types.Scene) -> Iterator[dict[str, object]]:
     """A fit for each material with ticked parameters. Raises BadInput."""
     rows = [row for row in scene.selenite.rows if row.enabled and row.kind == "material"]
     if not rows:
-        cause = message("batch.nothing-ticked", "no parameter of a material is ticked")
-        cure = message("batch.tick-each", "tick parameters of each object's material")
-        raise BadInput(Problem(thing("Control", SELENITE_OT_fit_objects.bl_label), cause, cure))
+        cure = "tick parameters of each object's material"
+        title = SELENITE_OT_fit_objects.bl_label
+        raise BadInput(Problem(title, "no parameter of a material is ticked", cure))
     owners = list(dict.fromkeys(row.owner for row in rows))
     stems = file_stems(owners)
     for owner in owners:
@@ -134,9 +135,8 @@ def _toml(scene: bpy.types.Scene, tables: Sequence[Mapping[str, object]]) -> str
     """The file of the batch. Raises BadInput."""
     stages = scene.selenite.stage_mode
     if stages == "own":
-        cause = message("batch.own-stages", "an own list names the parameters of one fit")
-        cure = message("batch.other-stages", "choose other Stages")
-        raise BadInput(Problem(thing("Control", "Stages"), cause, cure))
+        cause, cure = "an own list names the parameters of one fit", "choose other Stages"
+        raise BadInput(Problem("Stages", cause, cure))
     shared = {"scene": _SCENE, "captures": _CAPTURES, "silhouette": _RIM, "stages": stages}
     parts = ["[defaults]", *_pairs({**shared, **asdict(fit_settings(scene))})]
     for table in tables:
@@ -155,3 +155,6 @@ def _value(value: object) -> str:
         inner = (f"{_value(str(key))} = {_value(item)}" for key, item in value.items())
         return f"{{ {', '.join(inner)} }}"
     return json.dumps(value, ensure_ascii=False)
+
+
+CLASSES = (SELENITE_OT_fit_objects,)

@@ -5,14 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 import bpy
 
 from ...capture.scene_captures import captures_of
 from ...fit import model_chain
-from ...fit.model_chain import Tried
-from ...messages import joined, message, packed, thing, unpacked
+from ...fit.model_chain import ModelRow, Tried
+from ...messages import joined, packed, unpacked
 from ...problems import BadInput, Problem, listed
 from ...scene_read.blender_process import BlenderProcess
 from ...scene_read.scene import read_scene
@@ -25,10 +25,12 @@ from ..request import fit_settings, refresh_rows
 from ..rows.owners import active_owner
 from ..running.command import RunsCommand, command_job, settings_words
 from ..state import MODELS, is_idle
-from ..texts import announce, paragraph, translated
+from ..texts import announce, paragraph
 
 #: The choice of the panel that fits the ticked parameters.
 AS_TICKED = "ticked"
+#: Of problems with that choice.
+_TITLE = "Body"
 
 
 class SELENITE_OT_fit_models(RunsCommand):
@@ -44,9 +46,9 @@ class SELENITE_OT_fit_models(RunsCommand):
 
     def _job(self, context: bpy.types.Context) -> tuple[BlenderProcess, Sequence[str]]:
         scene = context.scene
-        title, problems = thing("Control", "Body"), list[Problem]()
-        model_chain.with_hold_out(captures_of(scene), title, problems)
-        material = _material(scene, title, problems)
+        problems: list[Problem] = []
+        model_chain.with_hold_out(captures_of(scene), _TITLE, problems)
+        material = _material(scene, problems)
         if material is None or problems:
             raise BadInput(problems)
         scroll_up()
@@ -56,9 +58,9 @@ class SELENITE_OT_fit_models(RunsCommand):
         words += [f"--out={output_folder(scene)}", *settings_words(fit_settings(scene))]
         return job, words
 
-    def _end(self, scene: bpy.types.Scene, report: Mapping[str, Any]) -> set[str]:
+    def _end(self, scene: bpy.types.Scene, report: Mapping[str, object]) -> set[str]:
         settings = scene.selenite
-        tried = [Tried.of_json(row) for row in report["models"]]
+        tried = [Tried.of_json(row) for row in cast("Sequence[ModelRow]", report["models"])]
         settings.models.clear()
         for one in tried:
             row = settings.models.add()
@@ -67,7 +69,7 @@ class SELENITE_OT_fit_models(RunsCommand):
             row.scene = str(one.found.scene)
         settings.active_model = max(at for at, one in enumerate(tried) if one.kept)
         settings.models_sentence = packed([model_chain.in_short(tried)])
-        settings.models_material = _named(report)
+        settings.models_material = bpy.data.materials.get(str(report["model_of"]))
         settings.model_applied = ""
         settings.results.clear()  # of the material as it was
         MODELS.lines = []
@@ -98,8 +100,8 @@ class SELENITE_OT_apply_model(bpy.types.Operator):
         material = settings.models_material
         try:
             if material is None:
-                cure = translated("undo its removal, or fit again")
-                raise BadInput(Problem(thing("Control", "Body"), "its material is gone", cure))
+                cure = "undo its removal, or fit again"
+                raise BadInput(Problem(_TITLE, "its material is gone", cure))
             if settings.model_applied:
                 material = body_models.give_back(context.scene, material)
             settings.models_material = body_models.take(context.scene, material, Path(row.scene))
@@ -195,9 +197,7 @@ def next_step(settings: bpy.types.PropertyGroup) -> tuple[str, str] | None:
     return "selenite.fit_models", "PLAY"
 
 
-def _material(
-    scene: bpy.types.Scene, title: str, problems: list[Problem]
-) -> bpy.types.Material | None:
+def _material(scene: bpy.types.Scene, problems: list[Problem]) -> bpy.types.Material | None:
     """The one whose parameters are listed, or the only one of the scene."""
     owner = active_owner(scene.selenite)
     if owner is not None and owner.material is not None:
@@ -211,17 +211,9 @@ def _material(
     }
     if len(used) == 1:
         return next(iter(used.values()))
-    cause = message(
-        "models.which-material", "its material is not clear: {names}", names=listed(used)
-    )
-    cure = message("models.choose-material", "choose the material in the list of parameters")
-    problems.append(Problem(title, cause, cure))
+    cure = "choose the material in the list of parameters"
+    problems.append(Problem(_TITLE, f"its material is not clear: {listed(used)}", cure))
     return None
-
-
-def _named(report: Mapping[str, Any]) -> bpy.types.Material | None:
-    """The material that the models are of, which the report has the name of."""
-    return bpy.data.materials.get(str(report["model_of"]))
 
 
 def _refreshed(context: bpy.types.Context) -> set[str]:
