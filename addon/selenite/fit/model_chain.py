@@ -18,6 +18,8 @@ from ..messages import control, joined, message, phrase
 from ..problems import BadInput, Problem
 
 AUTO, OPAQUE, SUBSURFACE, MEDIUM = "auto", "opaque", "subsurface", "medium"
+#: What a medium becomes before its albedo is a grid.
+GRID = "grid"
 MODELS = (AUTO, OPAQUE, SUBSURFACE, MEDIUM)
 #: One photo of so many is held out, of at least so many.
 _EVERY, _FEWEST = 4, 3
@@ -29,8 +31,8 @@ _COARSE, _FINE = 12, 24
 
 @dataclass(frozen=True)
 class Step:
-    """A fit of the chain. form: the material becomes that first, "" for what the last fit has
-    saved; grid: voxels along its longest side."""
+    """A fit of the chain. form: the material becomes that first, "" for what it was before the
+    last fit; grid: voxels along its longest side."""
 
     name: str
     parameters: tuple[str, ...]
@@ -61,15 +63,18 @@ class Fitted:
     error: float | None
 
 
-class ModelRow(TypedDict):
-    """Of models.json: held_out: relative error of the photos that no fit has seen."""
-
-    model: str
-    held_out: float | None
-    cpu_seconds: float
-    kept: bool
-    folder: str | None
-    scene: str
+#: Of models.json. held_out: relative error of the photos that no fit has seen.
+ModelRow = TypedDict(
+    "ModelRow",
+    {
+        "model": str,
+        "held_out": float | None,
+        "cpu_seconds": float,
+        "kept": bool,
+        "folder": str | None,
+        "scene": str,
+    },
+)
 
 
 @dataclass(frozen=True)
@@ -176,7 +181,7 @@ def _steps(word: str, *, image: bool) -> Iterator[Step]:
         yield Step(SUBSURFACE, (colour, "roughness", *inside), SUBSURFACE)
     if word in (AUTO, MEDIUM):
         yield Step(MEDIUM, ("extinction", "albedo", "roughness"), MEDIUM)
-        yield Step("coarse grid", ("albedo_grid",), grid=_COARSE)
+        yield Step("coarse grid", ("albedo_grid",), GRID, _COARSE)
         yield Step("fine grid", ("albedo_grid",), grid=_FINE)
 
 

@@ -13,7 +13,7 @@ from ..messages import thing
 from ..parameters import Parameter, Values
 from ..problems import BadInput, Problem
 from ..scene_read import hosts
-from ..scene_read.shading import nodes
+from ..scene_read.shading import nodes, volumes
 from ..scene_read.shading.materials import principled_of
 from . import grids
 
@@ -67,6 +67,17 @@ def make_medium(material: bpy.types.Material) -> None:
     output = nodes.output_of(tree)
     assert output is not None  # noqa: S101 - the Principled BSDF hangs on it
     tree.links.new(volume.outputs[0], output.node.inputs["Volume"])
+
+
+def make_grey(material: bpy.types.Material) -> None:
+    """The medium thins light of every colour alike, as Cycles demands beside a grid of albedos.
+    Raises BadInput."""
+    source, reason = volumes.find_node(material)
+    title = thing("Material", material.name)
+    if source is None:
+        raise BadInput(reason.problem(title, "link a Principled Volume"))
+    mean = sum(volumes.read(source, title)["extinction"]) / 3
+    volumes.write(source, parameters.table()["material", "extinction"], (mean, mean, mean))
 
 
 def take(scene: bpy.types.Scene, material: bpy.types.Material, file: Path) -> bpy.types.Material:

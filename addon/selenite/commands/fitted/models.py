@@ -11,6 +11,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from ... import grid_files
 from ...atomic_files import write_json
 from ...capture.captures_file import write_captures_file
 from ...capture.request import with_ids
@@ -20,10 +23,12 @@ from ...fit.diagnosis.unlit import light_in_the_dark
 from ...fit.model_chain import Chain, Fitted, Step
 from ...fit.unknowns import candidates_of
 from ...problems import BadInput, Problem, choice, listed
+from ...report.fitted_scene import field_files
 from ...report.hold_out import Comparison
 from ...report.results import new_folder
 from ...scene_read.options import ReadingOptions
-from ...scene_read.values import Owner, SceneValues
+from ...scene_read.values import GridValues, Owner, SceneValues
+from ...write_back.voxels import sampled
 from .. import arguments
 from ..capture_arguments import captures_from, stored_captures, take_captures
 from ..parser import build_parser
@@ -96,7 +101,7 @@ class _Bench:
     ) -> None:
         self.reports: dict[Path, FitReport] = {}  # by the saved scene
         self.material = owner.datablock
-        self._folder = folder
+        self._folder = self._begin = folder
         self._quoted = json.dumps(owner.name, ensure_ascii=False)
         self._args, self._fit, self._owner, self._captures = args, fit, owner, captures
 
@@ -131,21 +136,30 @@ class _Bench:
         """Of the fit of one step."""
         args = argparse.Namespace(**vars(self._args))
         if step.form:
-            begin = self._folder / f"{step.name}.blend"
-            self._form(step.form, begin, best)
-            args.scene = str(begin)
-        else:
-            assert best is not None  # noqa: S101 - a grid follows a medium
-            args.scene = str(best.scene)
-        args.model = None
+            self._begin = self._folder / f"{step.name}.blend"
+            self._form(step.form, self._begin, best)
+        args.scene, args.model = str(self._begin), None
         args.fit = [f"{self._quoted}:{','.join(step.parameters)}"]
         take_captures(args, str(self._captures))
         args.save, args.out = str(saved), str(self._folder)
         args.check_in_cycles = args.set_cycles = False
-        args.grid = [f"{self._quoted}:albedo_grid={step.grid}"] if step.grid else []
+        if step.grid:
+            start = str(step.grid) if step.form else self._refined(step.grid, best)
+            args.grid = [f"{self._quoted}:albedo_grid={start}"]
         if step.form == model_chain.MEDIUM or step.grid:
             args.search = args.search or "off"  # plain steps lead to the same place
         return args
+
+    def _refined(self, voxels: int, best: Fitted | None) -> str:
+        """A file with the grid of the fit before in more voxels."""
+        assert best is not None and best.folder is not None  # noqa: S101 - its error is known
+        coarse = grid_files.read(str(field_files(best.folder)[f"{self._owner.name}:albedo_grid"]))
+        sizes = np.array(coarse.shape[2::-1])
+        fine = np.maximum(1, np.round(voxels * sizes / sizes.max())).astype(int)
+        path = self._folder / f"start_{voxels}.npy"
+        grid = GridValues("coarse", coarse, np.eye(4))
+        grid_files.write_npy(path, sampled(grid, np.zeros(3), np.ones(3), fine))
+        return str(path)
 
     def _compared(self, folder: Path, samples: int, *more: str) -> Comparison:
         words = ["compare", str(folder), "--spp", str(samples), *more]
@@ -163,18 +177,18 @@ class _Bench:
         return error.at_most if error.relative is None else error.relative
 
     def _form(self, form: str, path: Path, best: Fitted | None) -> None:
-        """Saves a copy of the scene whose body has that model; one with subsurface scattering has
-        the image of the opaque one."""
+        """Saves a copy of the scene whose body has that model. Subsurface scattering has the image
+        of the opaque body, a grid lies in the fitted medium."""
         from ...write_back import body_models, save_copy
 
         make = {
             model_chain.OPAQUE: body_models.make_opaque,
             model_chain.SUBSURFACE: body_models.make_subsurface,
             model_chain.MEDIUM: body_models.make_medium,
+            model_chain.GRID: body_models.make_grey,
         }[form]
-        begin = self._args.scene
-        if form == model_chain.SUBSURFACE and best is not None:
-            begin = str(best.scene)
+        follows = form in (model_chain.SUBSURFACE, model_chain.GRID)
+        begin = str(best.scene) if follows and best is not None else self._args.scene
         open_scene(begin, reading_of(self._args))
         make(_material(self._owner))
         save_copy(str(path))
