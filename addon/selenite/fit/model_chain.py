@@ -16,6 +16,7 @@ from typing import Protocol, TypedDict
 from ..capture.request import CaptureRequest
 from ..messages import control, joined, message, phrase
 from ..problems import BadInput, Problem
+from .trust import CLOSE
 
 AUTO, OPAQUE, SUBSURFACE, MEDIUM = "auto", "opaque", "subsurface", "medium"
 #: What a medium becomes before its albedo is a grid.
@@ -64,17 +65,13 @@ class Fitted:
 
 
 #: Of models.json. held_out: relative error of the photos that no fit has seen.
-ModelRow = TypedDict(
-    "ModelRow",
-    {
-        "model": str,
-        "held_out": float | None,
-        "cpu_seconds": float,
-        "kept": bool,
-        "folder": str | None,
-        "scene": str,
-    },
-)
+class ModelRow(TypedDict):
+    model: str
+    held_out: float | None
+    cpu_seconds: float
+    kept: bool
+    folder: str | None
+    scene: str
 
 
 @dataclass(frozen=True)
@@ -116,8 +113,8 @@ class Bench(Protocol):
     def fit(self, step: Step, best: Fitted | None) -> Fitted:
         """best: what the step starts from. Raises BadInput, KeyboardInterrupt."""
 
-    def shows_light_in_the_dark(self, found: Fitted) -> bool:
-        """Whether photos are bright where its renders are dark."""
+    def is_lit_in_the_dark(self, found: Fitted) -> bool | None:
+        """Whether photos are bright where its renders are dark; None: no place is dark."""
 
     def leave_out(self, step: Step, error: BadInput) -> None:
         """It cannot be fitted."""
@@ -145,8 +142,13 @@ class Chain:
                 return
 
     def _lets_light_through(self) -> bool:
+        """Where no place is dark, the error decides."""
         assert self.best is not None  # noqa: S101 - a step comes first
-        return self._bench.shows_light_in_the_dark(self.best.found)
+        found = self.best.found
+        lit = self._bench.is_lit_in_the_dark(found)
+        if lit is None:
+            return found.error is not None and 100 * found.error > CLOSE
+        return lit
 
     def _try(self, step: Step) -> bool:
         """Whether the chain goes on."""

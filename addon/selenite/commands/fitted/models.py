@@ -19,7 +19,7 @@ from ...capture.captures_file import write_captures_file
 from ...capture.request import with_ids
 from ...capture.views import View
 from ...fit import model_chain
-from ...fit.diagnosis.unlit import light_in_the_dark
+from ...fit.diagnosis.unlit import is_lit_in_the_dark
 from ...fit.model_chain import Chain, Fitted, Step
 from ...fit.unknowns import candidates_of
 from ...problems import BadInput, Problem, choice, listed
@@ -84,7 +84,7 @@ def run(
     with _interrupts(chain):
         chain.run(word, image=image)
     if chain.is_opaque:
-        say("No photo is bright where the opaque body is dark: it stays opaque")
+        say("The photos show no light through the body: it stays opaque")
     return _report(chain, bench, folder, save)
 
 
@@ -114,7 +114,7 @@ class _Bench:
             error = self._error_of(report)
         return Fitted(report.folder, saved, report.content.cpu_seconds, error)
 
-    def shows_light_in_the_dark(self, found: Fitted) -> bool:
+    def is_lit_in_the_dark(self, found: Fitted) -> bool | None:
         """See model_chain.Bench."""
         if found.folder is None:
             return False
@@ -124,7 +124,7 @@ class _Bench:
             View(row.capture.id, row.capture.reference, row.capture.weight, row.render)
             for row in rows
         ]
-        return bool(light_in_the_dark(views))
+        return is_lit_in_the_dark(views)
 
     def leave_out(self, step: Step, error: BadInput) -> None:
         """See model_chain.Bench."""
