@@ -219,7 +219,7 @@ class SeleniteSettings(bpy.types.PropertyGroup):
         "photos held out",
     )
     models: CollectionProperty(type=SeleniteModel)
-    active_model: IntProperty(name="Model", description="Is applied")
+    active_model: IntProperty(name="Model", description="Apply Model takes this one")
     models_material: PointerProperty(type=bpy.types.Material, description="That of the models")
     models_sentence: StringProperty(description="By how much each model has helped")
     model_applied: StringProperty(description="Name of the model that the body has")
