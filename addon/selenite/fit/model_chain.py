@@ -8,10 +8,10 @@ fit has seen; the first that does not ends the sequence.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol, TypedDict
+from typing import Protocol
 
 from ..capture.request import CaptureRequest
 from ..messages import control, joined, message, phrase
@@ -64,16 +64,6 @@ class Fitted:
     error: float | None
 
 
-#: Of models.json. held_out: relative error of the photos that no fit has seen.
-class ModelRow(TypedDict):
-    model: str
-    held_out: float | None
-    cpu_seconds: float
-    kept: bool
-    folder: str | None
-    scene: str
-
-
 @dataclass(frozen=True)
 class Tried:
     """A step that has ended. kept: it is better than all before."""
@@ -88,7 +78,7 @@ class Tried:
         seconds = f"{self.found.cpu_seconds:.0f} s"
         return [self.step.name, error, seconds, "kept" if self.kept else "left"]
 
-    def as_json(self) -> ModelRow:
+    def as_json(self) -> dict[str, object]:
         """A row of models.json."""
         return {
             "model": self.step.name,
@@ -100,11 +90,16 @@ class Tried:
         }
 
     @staticmethod
-    def of_json(row: ModelRow) -> Tried:
+    def of_json(row: Mapping[str, object]) -> Tried:
         """The inverse."""
-        folder = None if row["folder"] is None else Path(row["folder"])
-        found = Fitted(folder, Path(row["scene"]), row["cpu_seconds"], row["held_out"])
-        return Tried(Step(row["model"], ()), found, row["kept"])
+        folder, error = row["folder"], row["held_out"]
+        found = Fitted(
+            None if folder is None else Path(str(folder)),
+            Path(str(row["scene"])),
+            float(str(row["cpu_seconds"])),
+            None if error is None else float(str(error)),
+        )
+        return Tried(Step(str(row["model"]), ()), found, bool(row["kept"]))
 
 
 class Bench(Protocol):

@@ -11,7 +11,7 @@ import bpy
 
 from ...capture.scene_captures import captures_of
 from ...fit import model_chain
-from ...fit.model_chain import ModelRow, Tried
+from ...fit.model_chain import Tried
 from ...messages import joined, packed, unpacked
 from ...problems import BadInput, Problem, listed
 from ...scene_read.blender_process import BlenderProcess
@@ -60,7 +60,9 @@ class SELENITE_OT_fit_models(RunsCommand):
 
     def _end(self, scene: bpy.types.Scene, report: Mapping[str, object]) -> set[str]:
         settings = scene.selenite
-        tried = [Tried.of_json(row) for row in cast("Sequence[ModelRow]", report["models"])]
+        tried = [
+            Tried.of_json(row) for row in cast("Sequence[Mapping[str, object]]", report["models"])
+        ]
         settings.models.clear()
         for one in tried:
             row = settings.models.add()
