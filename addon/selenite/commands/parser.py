@@ -181,7 +181,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     model = (
         "tries an opaque body, a medium and grids of albedos in turn, while each explains photos "
     )
-    model += "better that no fit has seen: auto, opaque or medium"
+    model += "better that no fit has seen: auto, opaque, subsurface or medium"
     add("--model", metavar="[MATERIAL:]NAME", help=model)
     start = "a value, default: the scene's; or the folder of a fit, to begin where that one ended"
     add("--start", **many, metavar="OWNER:PARAM=V[,V,V]|RESULT", help=start)
