@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Gives what some object files define names that no other object has, in an archive of their copies.
+"""Renames what some object files define, so that no other object has it, in an archive of copies.
 
 Code that is compiled for a newer instruction set defines functions of headers as well. Under the
 name that they have elsewhere, the linker would keep one copy for all.

@@ -117,8 +117,14 @@ FOREIGN = (
                 "cdb2433c2f7101345c1ffa14efb943787c675b86354691a32490845fe4bc9237"
             ),
         },
-        # Its assembler code asks for an assembler of its own, and has the same results.
-        {"ENABLE_SHARED": OFF, "WITH_TURBOJPEG": OFF, "WITH_SIMD": OFF},
+        {
+            # Its assembler code asks for an assembler of its own, and has the same results.
+            "WITH_SIMD": OFF,
+            "ENABLE_SHARED": OFF,
+            "WITH_TURBOJPEG": OFF,
+            # It takes what has no type for a path from here.
+            "CMAKE_INSTALL_LIBDIR:STRING": "lib",
+        },
     ),
     Library(
         "googletest",
@@ -291,13 +297,15 @@ def prefix(platform: cross.Platform | None = None) -> Path:
         cross.ensure(platform)
         _link_headers(place.prefix / "include")
     for library in libraries:
-        key = digest([repr(library), repr(place.settings), _compiler(platform), before])
+        alone = library.name == "embree"  # it is built on nothing, and nothing on it
+        key = digest(
+            [repr(library), repr(place.settings), _compiler(platform), "" if alone else before]
+        )
         stamp = place.folder / "stamps" / library.name
         if not is_stamped(stamp, key):
             _build(library, place)
             write_stamp(stamp, key)
-        if library.name != "embree":  # nothing is built on it
-            before = key
+        before = before if alone else key
     if platform is None:
         _take_from_system(place.prefix)
     return place.prefix
