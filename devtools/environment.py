@@ -139,7 +139,13 @@ def _put_modules(directory: Path) -> None:
 
 def clean(everything: bool) -> None:
     """Removes what `./dev` made; the environments only if `everything`."""
-    for path in [BUILD, ROOT / "dist", *PACKAGE.glob("*.so"), PACKAGE / "lib"]:
+    for path in [
+        BUILD,
+        ROOT / "dist",
+        *PACKAGE.glob("*.so"),
+        *PACKAGE.glob("*.pyd"),
+        PACKAGE / "lib",
+    ]:
         if path.is_dir():
             shutil.rmtree(path)
         elif path.exists():

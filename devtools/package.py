@@ -203,7 +203,7 @@ def _pure_python_wheels(python: Path) -> list[Path]:
 
 def _sources(target: Path) -> None:
     """The add-on's own files and the demo's: no native module, no stub of one, no cache."""
-    left_out = shutil.ignore_patterns("*.so", "*.pyi", "*.partial", "lib", "__pycache__")
+    left_out = shutil.ignore_patterns("*.so", "*.pyd", "*.pyi", "*.partial", "lib", "__pycache__")
     shutil.copytree(PACKAGE, target, ignore=left_out)
     for name in package_checks.DEMO:
         (target / "demo_scene" / name).parent.mkdir(parents=True, exist_ok=True)

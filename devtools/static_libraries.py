@@ -39,6 +39,8 @@ COMMON = {
 }
 # A unique symbol would be one for all copies of a library in the process, hidden or not.
 LINUX = {"CMAKE_CXX_FLAGS": f"-fno-gnu-unique {COMMON['CMAKE_CXX_FLAGS']}"}
+# Sources that are compiled together: most of the time is their headers'.
+JOINED = {"CMAKE_UNITY_BUILD": ON, "CMAKE_UNITY_BUILD_BATCH_SIZE": "8"}
 # Headers without a library, of the distribution's packages: nothing in them is of one platform
 HEADERS = ("boost", "eigen3", "fmt", "tsl")
 # Of OpenImageIO: libraries it goes without, formats that Selenite does not read, algorithms
@@ -168,11 +170,26 @@ LIBRARIES = (
             "EMBREE_GEOMETRY_POINT": OFF,
         },
         foreign_options={
-            "CMAKE_CXX_FLAGS": f"{COMMON['CMAKE_CXX_FLAGS']} -D_USE_MATH_DEFINES",
+            "CMAKE_CXX_FLAGS": f"{COMMON['CMAKE_CXX_FLAGS']} -D_USE_MATH_DEFINES -w",
             "EMBREE_IGNORE_CMAKE_CXX_FLAGS": OFF,
+            "EMBREE_ISA_AVX": OFF,
+            "EMBREE_ISA_AVX2": OFF,
+            **JOINED,
         },
-        # For Windows it takes every clang for one with the options of Microsoft's compiler.
-        foreign_texts={"common/cmake/clang.cmake": (("IF (WIN32)", "IF (MSVC)"),)},
+        # Members that are not there: newer compilers look.
+        foreign_texts={
+            "kernels/subdiv/bezier_curve.h": (
+                ('( (" << a.u.lower << ", " << a.u.upper << "), " << a.v0', '( " << a.v0'),
+            ),
+            "kernels/geometry/pointi.h": (('<< line.v0 << ", " ', ""),),
+            "kernels/bvh/bvh_builder.h": (('#include "bvh.h"', '#pragma once\n#include "bvh.h"'),),
+            "kernels/CMakeLists.txt": (("  embree.rc\n", ""),),
+            # Sources that define the same name, each for itself
+            "kernels/common/rtcore.cpp": (("g_mutex", "g_rtcore_mutex"),),
+            "common/lexers/CMakeLists.txt": (
+                ("ADD_LIBRARY(lexers", "SET(CMAKE_UNITY_BUILD OFF)\nADD_LIBRARY(lexers"),
+            ),
+        },
         placeholders=("readme.pdf",),
         # Compiled whatever the options say, and three quarters of the time
         left_out={"kernels/CMakeLists.txt": ("geometry/curve_intersector_virtual_",)},

@@ -11,7 +11,7 @@ import os
 import shutil
 import subprocess
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import cross
@@ -87,11 +87,16 @@ def windows_path(word: str | Path) -> str:
 
 
 def output(
-    program: str | Path, *words: str | Path, seconds: float = 900, cwd: Path = ROOT
+    program: str | Path,
+    *words: str | Path,
+    seconds: float = 900,
+    cwd: Path = ROOT,
+    variables: Mapping[str, str] | None = None,
 ) -> tuple[int, str]:
     """Exit status and all that it prints. Through a pipe: Python for Windows refuses a file."""
+    env = {**os.environ, **_variables(), **(variables or {})}
     with subprocess.Popen(
-        command(program, *words), cwd=cwd, env={**os.environ, **_variables()}, text=True,
+        command(program, *words), cwd=cwd, env=env, text=True,
         encoding="utf-8", errors="replace",
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
     ) as process:  # fmt: skip
