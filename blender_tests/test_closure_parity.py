@@ -112,6 +112,18 @@ NODES = {
             "Thin Film IOR": 1.7,
         },
     ),
+    "principled coated": (
+        "Principled",
+        {"distribution": "MULTI_GGX"},
+        {
+            "Base Color": COLOR,
+            "Metallic": 0.3,
+            "Roughness": 0.5,
+            "Coat Weight": 0.7,
+            "Coat Roughness": 0.3,
+            "Coat Tint": (0.3, 0.9, 0.6),
+        },
+    ),
     "sheen": ("Sheen", {"distribution": "MICROFIBER"}, {"Color": COLOR, "Roughness": 0.4}),
     "subsurface": (
         "Subsurface",
@@ -200,7 +212,7 @@ def test_squares_whose_normals_point_out_of_their_backs_are_those_of_cycles(
     native, empty_scene, tmp_path, turn
 ):
     labels = ["lambert", "rough diffuse", "glossy", "glass", "translucent", "metallic", "sheen"]
-    labels.append("principled stretched")
+    labels += ["principled stretched", "principled filmed", "principled coated"]
     for x, label in enumerate(labels):
         square(x, surface(label))
         mesh = bpy.data.meshes[label]

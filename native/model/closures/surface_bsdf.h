@@ -177,8 +177,8 @@ class SurfaceBsdf {
   template <class OneClosure>
   void add(const OneClosure& m, const PlacedClosure<T>& placed, const SurfacePoint<S>& at) {
     const SurfacePoint<S> point = of_closure(at, placed);
-    const auto layers_of = [&](S cos_i) {
-      return ClosureLayers<T>(m, placed.weight, placed.flavour, point, cos_i);
+    const auto layers_of = [&](S cos_n) {
+      return ClosureLayers<T>(m, placed.weight, placed.flavour, point, cos_n);
     };
     // Highlights of two widths turn with the tangent.
     const auto rotate = [&placed]([[maybe_unused]] PrincipledBsdf<T>& lobes) {
@@ -192,8 +192,9 @@ class SurfaceBsdf {
     if constexpr (std::is_same_v<OneClosure, closures::Conductor<T>>) {
       PrincipledBsdf<T> lobes(layers_of, placed.flavour, point);
       rotate(lobes);
-      Part& part = parts_[count_].emplace(std::in_place_type<ConductorBsdf<T>>, placed, lobes,
-                                          ClosureLayers<T>::conductor_fresnel(m), at.wi);
+      Part& part = parts_[count_].emplace(
+          std::in_place_type<ConductorBsdf<T>>, placed, lobes,
+          ClosureLayers<T>::conductor_fresnel(m, placed.flavour.blender5), at.wi);
       judge(part, lobes.layers(), at);
     } else {
       Part& part = parts_[count_].emplace(std::in_place_type<PrincipledBsdf<T>>, placed, layers_of,
