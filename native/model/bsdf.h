@@ -46,7 +46,7 @@ class PrincipledBsdf {
         active_(active),
         skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin),
         unphysical_(flavour.evaluate_unphysical_refraction),
-        by_normal_(flavour.blender5) {
+        blender5_(flavour.blender5) {
     const S tan2 = tangent2(wi_);
     const auto lambda = [tan2](const R& width2) { return ggx_lambda(tan2, width2); };
     const R singular = static_cast<R>(layers_.version1 ? kSingularWidth2V1 : kSingularWidth2);
@@ -163,12 +163,11 @@ class PrincipledBsdf {
     });
     if (!base_.spreads && !through_.spreads && !coat_.spreads) return;
     const Vec3<S> o = frame_.to_local(wo);
-    // A direction above the bent normal's horizon but behind the surface, or the other way round,
-    // belongs to neither side, unless a lobe has drawn it: as in Cycles 4.5. In 5.0 the bent normal
-    // decides.
-    const mask_t<S> behind_normal = o.z < S(0);
-    const mask_t<S> below = by_normal_ ? behind_normal : mask_t<S>(dot(point_.ng, wo) < S(0));
-    const mask_t<S> astray = below ^ behind_normal;
+    // Light that is not drawn lies on the side of the interpolated normal, as in Cycles: where that of
+    // the bent one is the other, on neither.
+    const mask_t<S> below = select(drawn.known, mask_t<S>(dot(point_.ng, wo) < S(0)),
+                                   mask_t<S>(dot(point_.interpolated(), wo) < S(0)));
+    const mask_t<S> astray = below ^ (o.z < S(0));
     const mask_t<S> sided = faced() & (o.z != S(0)) & (drawn.known | !astray);
     if (const mask_t<S> behind = sided & below; through_.spreads && active_.some(behind))
       add_refraction<kValue, kDensity>(o, drawn, behind, f, p);
@@ -366,7 +365,7 @@ class PrincipledBsdf {
   bool skin_;
   Width base_, through_, coat_;
   bool unphysical_;
-  bool by_normal_;  ///< the bent normal says on which side of the surface a direction is
+  bool blender5_;
   /// By which the two widths turn: 0, with its derivatives. `SurfaceBsdf` sets it.
   std::conditional_t<kTwists, T, std::tuple<>> twist_{};
 };

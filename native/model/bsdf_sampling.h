@@ -137,7 +137,7 @@ inline BsdfSample<T> PrincipledBsdf<T>::weigh(const Proposal& proposal) const {
   const Mask behind = height < S(0);
   const Mask before = select(singular, height > S(0), Mask(!behind));
   Mask exists = proposal.exists & select(transmits, behind, before);
-  if (by_normal_)
+  if (blender5_)  // which draws on the same side of the bent normal
     exists = exists & (proposal.diffuse | !(transmits ^ (dot(frame_.n, proposal.wo) < S(0))));
   Color<T> f{};
   if (active_.some(exists & !singular)) evaluate<true, true>(s.wo, proposal.drawn, f, s.density);

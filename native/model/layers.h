@@ -406,13 +406,13 @@ struct Layers : LayerWeights<T> {
     carries_slope_[kDiffuse] = active_.move(diffuse) || has_slope(roughness);
   }
 
-  /// The channels that scatter under the surface; the others, and all of them after a diffuse
-  /// scattering, are reflected diffusely. `subsurface` is the lobe's weight without its colour.
+  /// The channels that scatter under the surface; the others, and before Blender 5 all of them after a
+  /// diffuse scattering, are reflected diffusely. `subsurface` is the lobe's weight without its colour.
   void add_subsurface(const Principled<U>& m, const T& weight,
                       bool after_diffuse) requires(!kIsLanes<T>) {
     const Color<T> base = base01(m);
     for (int c = 0; c < 3; ++c) {
-      if (after_diffuse || !scatters_under(m, c))
+      if ((after_diffuse && !blender5_) || !scatters_under(m, c))
         diffuse[c] += base[c] * weight;
       else
         subsurface[c] = weight;

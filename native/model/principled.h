@@ -30,7 +30,7 @@ struct Flavour {
   /// more than one on rough glass. False keeps what sampling can reach, and the density normalised.
   bool evaluate_unphysical_refraction = true;
   /// As the Cycles of Blender 5: films have other colours and lie on metal as well, conductors have
-  /// Fresnel's equations, and the bent normal alone decides on which side of a surface light is.
+  /// Fresnel's equations, and light that was scattered diffusely goes under surfaces, too.
   bool blender5 = false;
 };
 

@@ -92,9 +92,11 @@ class SurfaceBsdf {
     }
     Color<T> f = s.weight * s.density;
     S p = part.pick * s.density;
-    // Cycles leaves the transmission that it has drawn as it is.
-    if (const auto* lobes = std::get_if<PrincipledBsdf<T>>(&part.bsdf); lobes && part.bumped)
-      f += lost_at_terminator(*lobes, part.n, s.wo);
+    // Blender 4 leaves the diffuse transmission that it has drawn as it is.
+    if (const bool lobes = std::holds_alternative<PrincipledBsdf<T>>(part.bsdf);
+        part.bumped && (lobes || part.from->flavour.blender5))
+      f +=
+          std::visit([&](const auto& b) { return lost_at_terminator(b, part.n, s.wo); }, part.bsdf);
     if constexpr (kTurns)
       if (part.turning)
         f += part.turning->slopes(part.turning->closure.value_of_drawn(s.wo, s.diffuse));
@@ -237,6 +239,7 @@ class SurfaceBsdf {
     SurfacePoint<S> point = at;
     point.n = placed.n;
     point.tangent = placed.tangent;
+    point.smooth = at.n;
     return point;
   }
   void keep(Part& part, S estimate, bool slope, const SurfacePoint<S>& at) {

@@ -9,7 +9,7 @@ namespace {
 template <class S>
 SurfacePoint<Tilted<S>> lifted(const SurfacePoint<S>& p, const Vec3<Tilted<S>>& n) {
   using V = Vec3<Tilted<S>>;
-  return {V(p.ng), n, V(p.wi), p.backfacing, p.after_diffuse, V(p.tangent)};
+  return {V(p.ng), n, V(p.wi), p.backfacing, p.after_diffuse, V(p.tangent), V(p.n)};
 }
 
 /// n + a s + b t by the angles a and b, at 0.
