@@ -50,8 +50,13 @@ def cycles_has_booleans() -> bool:
 
 
 def has_textures_of_4_3() -> bool:
-    """Noise and Voronoi textures as 4.3 to 4.5 compute them; 5.0 places points of cells anew."""
-    return (4, 3, 0) <= bpy.app.version < (5, 0, 0)
+    """Noise and Voronoi textures as all versions from 4.3 on compute them."""
+    return bpy.app.version >= (4, 3, 0)
+
+
+def has_cells_of_5() -> bool:
+    """Points in the cells of a Voronoi Texture where 5.0 places them."""
+    return bpy.app.version >= (5, 0, 0)
 
 
 def bump_width(node: bpy.types.Node) -> float | None:
