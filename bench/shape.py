@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`./dev bench shape [ROW ...]`: shapes, colours and roughness fitted to photos by Cycles.
 
-Eight cameras photograph a body under an area lamp and a bright sky. `blob`: from a scaled sphere to a
-body with bumps, the material known. The other rows are those of the bird of the 2022 thesis, from
-shared/data beside this checkout (skipped where it is absent): a scan whose vertices are off by 1 % of
-its size, fitted by a colour map; by map and roughness; by vertices and map; and a scaled sphere
+Eight cameras photograph a body under an area lamp and a bright sky. `blob`: from a scaled sphere to
+a body with bumps, the material known. The other rows are those of the bird of the 2022 thesis, from
+shared/data beside this checkout (skipped where it is absent): a scan whose vertices are off by 1 %
+of its size, fitted by a colour map; by map and roughness; by vertices and map; and a scaled sphere
 fitted by vertices, colour and roughness.
 
 A row each: mean distance of vertices from the true surface before and after, as a share of the
-diagonal of its bounding box; faces that are turned over; texels' PSNR where the photos see them; the
-error of a ninth photo, as a share of its brightness; seconds of CPU for an iteration.
+diagonal of its bounding box; faces that are turned over; texels' PSNR where the photos see them;
+the error of a ninth photo, as a share of its brightness; seconds of CPU for an iteration.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ def _bumps(n: np.ndarray) -> np.ndarray:
 
 
 def _noise(vertices: np.ndarray, faces: np.ndarray, seed: int) -> np.ndarray:
-    """Along smooth random directions, as a scan is off: neighbours alike, their mean size as asked."""
+    """In random directions that change smoothly, as a scan is off."""
     found = np.random.default_rng(seed).normal(size=vertices.shape)
     pairs = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     pairs = np.unique(np.sort(pairs, axis=1), axis=0)
@@ -155,11 +155,8 @@ def _scene(mesh: Any, row: Row, height: int) -> Any:  # noqa: ANN401
     for index in range(_CAMERAS + 1):
         camera = made.camera(f"Camera {index}")
         turn = 2 * math.pi * (index + 0.5 * (index == _CAMERAS)) / _CAMERAS
-        camera.location = (
-            _AWAY * math.cos(turn),
-            _AWAY * math.sin(turn),
-            1.6 if index % 2 else -0.6,
-        )
+        height = 1.6 if index % 2 else -0.6
+        camera.location = (_AWAY * math.cos(turn), _AWAY * math.sin(turn), height)
         camera.rotation_euler = (-Vector(camera.location)).to_track_quat("-Z", "Y").to_euler()
         camera.data.angle = _FIELD
     scene = bpy.context.scene

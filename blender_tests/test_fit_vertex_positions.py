@@ -14,6 +14,7 @@ from selenite import native
 from selenite.fit import fields
 from selenite.fit.request import UnknownRequest
 from selenite.fit.settings import FitSettings
+from selenite.importers import mesh_repair
 from selenite.scene_read.blend_file import open_blend
 from selenite.scene_read.build import build
 from selenite.write_back import vertex_positions
@@ -151,7 +152,7 @@ def test_a_shape_and_a_colour_take_turns(tmp_path, capsys):
 
 
 def test_masks_say_where_the_outline_is(tmp_path, capsys):
-    """Of a photo whose mask hides all but the inside of the object, the mask alone tells its size."""
+    """The mask hides all but the inside of the object: it alone tells how large that is."""
     item = ball()
     photo = photo_of_larger(item, tmp_path)
     scene = build(made.read()).with_vertices("Ball", 1.3 * vertices_of(item))
@@ -190,3 +191,15 @@ def test_a_shape_key_goes_on_top_of_others(tmp_path):
     np.testing.assert_allclose(made.read().meshes[0].positions, wanted, atol=1e-5)
     vertex_positions.restore("Ball")
     assert [key.name for key in item.data.shape_keys.key_blocks] == ["Basis", "Wide"]
+
+
+def test_a_remesh_takes_the_fitted_shape_with_it(tmp_path):
+    """For a second fit, with other vertices."""
+    item = ball()
+    start = vertices_of(item)
+    np.save(tmp_path / "shape.npy", (start * (1.4, 1, 1)).astype(np.float32))
+    vertex_positions.show(made.read(), "Ball", str(tmp_path / "shape.npy"))
+    mesh_repair.remesh(item, 0.05)
+    assert item.data.shape_keys is None
+    assert np.ptp(vertices_of(item), axis=0) == pytest.approx((1.4, 1, 1), abs=0.06)
+    assert requested().values.shape == (len(item.data.vertices), 3)
