@@ -48,7 +48,6 @@ if TYPE_CHECKING:
         Stage = _core.Stage
         Fit = _core.Fit
         StageWorker = _core.StageWorker
-        ShapeFit = _core.ShapeFit
         prepare = staticmethod(_core.prepare)
         parameters = staticmethod(_core.parameters)
         closures = staticmethod(_core.closures)

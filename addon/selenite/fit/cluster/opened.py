@@ -23,7 +23,7 @@ def opened(data: bytes, threads: int) -> tuple[StageWorker, str]:
     """Who answers the questions of the fit, and its proof. Raises ValueError, KeyError."""
     found = cast("Mapping[str, list]", unpacked(data))
     core = native.core()
-    scenes = [_built(calls) for calls in found["scenes"]]
+    scenes = [_built(calls, found["vertices"]) for calls in found["scenes"]]
     starts = {(owner, name): value for owner, name, value in found["starts"]}
     scenes[0] = scenes[0].with_values(starts)
     pixel = np.ones((1, 1, 3), np.float32)
@@ -48,10 +48,16 @@ def proof(scene: Scene) -> str:
     return hashlib.sha256(np.ascontiguousarray(film.image).tobytes()).hexdigest()
 
 
-def _built(calls: Sequence[tuple[str, Sequence[object], Mapping[str, object]]]) -> Scene:
+def _built(
+    calls: Sequence[tuple[str, Sequence[object], Mapping[str, object]]],
+    vertices: Sequence[tuple[str, np.ndarray]],
+) -> Scene:
     builder = native.core().SceneBuilder()
     for name, args, named in calls:
         if not name.startswith(("add_", "set_")):
             raise ValueError(f"'{name}' describes no scene")
         getattr(builder, name)(*args, **named)
-    return builder.build()
+    scene = builder.build()
+    for name, positions in vertices:
+        scene = scene.with_vertices(name, positions)
+    return scene

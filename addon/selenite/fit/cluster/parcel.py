@@ -58,6 +58,7 @@ def parcel_of(plan: FitPlan) -> Parcel:
     data = packed({
         "version": __version__,
         "scenes": [_calls(scene) for scene in scenes],
+        "vertices": [[item.owner, item.values] for item in plan.fields if item.kind.is_shape],
         "starts": [[*name, value] for name, value in starts.items()],
         "unknowns": [_unknown(item.native()) for item in (*plan.unknowns, *plan.fields)],
         "stages": stages,
