@@ -77,8 +77,8 @@ def prepare(
     requests = request.unknowns or tuple(usual_requests(values, problems))
     values.physical_refraction = request.settings.physical_refraction
     values = with_colours(values, requests, request.stages, warnings)
-    unknowns = choose(values, single, request.settings, problems, warnings)
     single, many = all_fields.split(requests)
+    unknowns = choose(values, single, request.settings, problems, warnings)
     names = [all_fields.name_of(values, item) for item in requests]
     asked = shape_apart.apart(names, request.stages, request.settings.iterations, warnings)
     wanted = stage_plan.named(values, asked, problems)
