@@ -17,7 +17,7 @@ from .. import native, parameters
 from ..fit.field_kinds import VERTEX_COLORS
 from ..fit.fields.vertex_colors import NEW
 from ..fit.settings import number
-from ..fit.staging.request import AUTO, PRESETS, StageRequest, read_stages
+from ..fit.staging.request import PRESETS, StageRequest, read_stages
 from ..parameters import Values
 from ..paths import absolute, is_folder, is_there, why_not_file, why_not_folder, why_not_output
 from ..problems import BadInput, Problem
@@ -144,7 +144,7 @@ def grids(texts: Sequence[str], problems: list[Problem]) -> dict[Key, str]:
 
 def stages(text: str | None, problems: list[Problem]) -> tuple[StageRequest, ...]:
     """The stages of a file; none for a name, or without the argument."""
-    if text is None or text in (*PRESETS, AUTO):
+    if text is None or text in PRESETS:
         return ()
     try:
         return read_stages(absolute(text))

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/run/fit.h"
 
+#include "fit/run/failure.h"
 #include "math/error.h"
 
 namespace selenite {
@@ -54,8 +55,8 @@ bool Fit::step(Progress* progress) {
     phase_->end_early(run_);
     return run_.stop(StopReason::kCancelled);
   } catch (const std::exception& error) {
-    return run_.stop(StopReason::kError,
-                     "Iteration " + std::to_string(run_.result.iterations) + ": " + error.what());
+    faults_ = failure(error, "Iteration " + std::to_string(run_.result.iterations));
+    return run_.stop(StopReason::kError);
   }
 }
 

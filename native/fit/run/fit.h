@@ -8,6 +8,7 @@
 
 #include "fit/phases/phases.h"
 #include "fit/shape/shape_descent.h"
+#include "math/fault.h"
 
 namespace selenite {
 
@@ -36,6 +37,8 @@ class Fit {
   void restore_end(StopReason reason) { run_.result.stopped = reason; }
   /// So far; complete once `step` has returned false.
   const FitResult& result() const { return run_.result; }
+  /// Why it failed; empty if it did not.
+  const std::vector<Fault>& faults() const { return faults_; }
 
   const Vector& values() const { return run_.point.scalars; }
   const std::shared_ptr<const FitProblem>& problem() const { return shared_; }
@@ -71,6 +74,7 @@ class Fit {
   FitRun run_;
   AlternativeMinima minima_;
   std::unique_ptr<Phase> phase_;
+  std::vector<Fault> faults_;
   bool begun_ = false;
 };
 
