@@ -6,7 +6,7 @@ import graph_fits
 import pytest
 from command_line import command
 
-pytestmark = pytest.mark.blender
+pytestmark = [pytest.mark.blender, pytest.mark.slow]
 
 #: Of a 90 % interval, how many half-widths the truth may be away: one value in 500 is further.
 _WIDTHS = 1.9

@@ -161,7 +161,8 @@ RefinementPhase::RefinementPhase(const FitRun& run, AlternativeMinima& minima,
     : refinement_(
           run.problem.scalars(), optimiser, {from.x, run.point.fields},
           stream_seed(run.problem.settings().seed, Stream::kRefinement, minima.refined(), 0),
-          run.problem.settings().chosen_refinement_spp(), run.problem.settings().spp),
+          run.problem.settings().chosen_refinement_spp(), run.problem.settings().spp,
+          {.precision = run.problem.settings().precision}),
       minima_(&minima) {
   refinement_.hold(from.absent);
 }
