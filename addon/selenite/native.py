@@ -47,7 +47,6 @@ if TYPE_CHECKING:
         FitResult = _core.FitResult
         Stage = _core.Stage
         Fit = _core.Fit
-        ShapeFit = _core.ShapeFit
         prepare = staticmethod(_core.prepare)
         parameters = staticmethod(_core.parameters)
         closures = staticmethod(_core.closures)
