@@ -36,9 +36,11 @@ PANEL = {
     "picture_spp": 3,
     "physical_refraction": True,
     "search": "off",
+    "precision": "exact",
 }
-NATIVE = {name: PANEL[name] for name in PANEL if name not in
-          ("height", "picture_spp", "physical_refraction", "until_converged")}  # fmt: skip
+#: Settings that the native fit has otherwise, or not at all.
+OTHERWISE = ("height", "picture_spp", "physical_refraction", "until_converged", "precision")
+NATIVE = {name: PANEL[name] for name in PANEL if name not in OTHERWISE}
 COLOUR, ROUGHNESS = "Body:base_color", "Body:roughness"
 
 
@@ -107,7 +109,11 @@ def test_every_setting_of_the_panel_reaches_the_native_fit(settings, monkeypatch
     assert {field.name for field in fields(FitSettings)} == {*PANEL, "learning_rate"}
     assert bpy.ops.selenite.start() == {"FINISHED"}
     fit = recorded.fit
-    assert fit.settings == NATIVE | {"tolerance": pytest.approx(0.25), "most_iterations": 0}
+    assert fit.settings == NATIVE | {
+        "tolerance": pytest.approx(0.25),
+        "most_iterations": 0,
+        "precision": 0.0,
+    }
     assert {item["physical_refraction"] for item in recorded.materials} == {True}
     first, second = fit.unknowns
     assert (first.owner, first.parameter) == ("Body", "base_color")
@@ -142,7 +148,7 @@ def test_the_saved_result_has_the_best_values_and_pictures_as_set(settings, monk
         assert (picture.spp, picture.seed, picture.depth, picture.threads) == (3, 11, 5, 2)
     found = recording_fit.values_of(recorded.pictures[-1].scene, [COLOUR])[COLOUR]
     assert found == pytest.approx(recorded.fit.best[COLOUR])
-    run = read_run(state.RUN.folder / "run.json")
+    run = read_run(state.RUN.done.folder / "run.json")
     assert [item.learning_rate for item in run.unknowns] == pytest.approx([0.04, 0.08])
     assert [item.maximum for item in run.unknowns] == pytest.approx([0.9, 0.6])
 
@@ -210,7 +216,7 @@ def begun(monkeypatch):
     start = Pressed(Start)
     assert start._start(bpy.context)
     assert start.modal(bpy.context, TIMER) == {"PASS_THROUGH"}
-    assert state.RUN.progress.running and not results()
+    assert state.RUN.fitting.progress.running and not results()
     return start, recorded.fit
 
 
@@ -220,7 +226,7 @@ def test_esc_stops_the_fit_and_keeps_its_best_values(settings, monkeypatch):
     assert fit.calls.count("cancel") == 1
     assert until_over(start, bpy.context) == {"FINISHED"}
     assert_best(fit)
-    assert "best values so far are kept" in state.RUN.message and state.RUN.job is None
+    assert "best values so far are kept" in state.RUN.message and not state.RUN.is_active
 
 
 def test_other_keys_go_on_to_blender(settings, monkeypatch):
@@ -228,7 +234,7 @@ def test_other_keys_go_on_to_blender(settings, monkeypatch):
     for kind, value in (("ESC", "RELEASE"), ("A", "PRESS"), ("MOUSEMOVE", "NOTHING")):
         event = SimpleNamespace(type=kind, value=value)
         assert start.modal(bpy.context, event) == {"PASS_THROUGH"}
-    assert "cancel" not in fit.calls and state.RUN.job is not None
+    assert "cancel" not in fit.calls and state.RUN.fitting is not None
     bpy.ops.selenite.cancel()
     start.modal(bpy.context, TIMER)
 
@@ -241,7 +247,7 @@ def test_stop_keeps_and_cancel_forgets(settings, monkeypatch, keep):
     ended = until_over(start, bpy.context)
     assert ended == ({"FINISHED"} if keep else {"CANCELLED"})
     assert bool(results()) == keep
-    assert colour() == pytest.approx([0.8, 0.4, 0.2]) and state.RUN.job is None
+    assert colour() == pytest.approx([0.8, 0.4, 0.2]) and not state.RUN.is_active
 
 
 def test_a_second_fit_takes_the_place_of_the_first(settings, monkeypatch):

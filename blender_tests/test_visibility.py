@@ -14,7 +14,7 @@ import pytest
 
 from selenite.scene_read.values import ALL_RAYS, SCATTERED_RAYS
 
-pytestmark = pytest.mark.blender
+pytestmark = [pytest.mark.blender, pytest.mark.slow]
 
 EFFORT = parity.Effort(samples=32, seeds=6, native_samples=256, rounds=1)
 SIZE = 32

@@ -107,8 +107,9 @@ Args:
         Gauss-Newton; beside grids and images where each holds one colour, one is of albedos or base
         colours, and there are up to 12 numbers with these as three; or "on", "off"), refinement
         "auto" (with up to 12 unknowns and no grid or image; or "on", "off"),
-        refinement_spp 0 (as many as the iterations took, at least 64), finite_differences True (differences
-        of pictures in place of derivatives: by IOR, in Gauss-Newton steps by roughness and
+        refinement_spp 0 (as many as the iterations took, at least 64), precision 0 (half of a 90 %
+        interval that suffices, as a share of the bounds' distance, or twice that of the value; 0: all
+        samples are taken), finite_differences True (differences of pictures in place of derivatives: by IOR, in Gauss-Newton steps by roughness and
         extinction too).
 Raises:
     ValueError, KeyError: all problems at once, one line each; nothing is started.)")
@@ -140,7 +141,7 @@ as that one would have had. seconds: what it had taken.
 Raises:
     ValueError: the bytes are damaged, or of a fit with other arguments or another version.)")
       .def("progress", &progress_of,
-           "Cheap, at any time. A failure of the fit is its `error`, never raised.")
+           "Cheap, at any time. A failure of the fit is its `problems`, never raised.")
       .def("preview", &preview_array, "photo_index"_a,
            "Newest picture of a photo, (h, w, 3) float32, or None before the first.")
       .def("history", &history_of, "of_stage"_a = false,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit/inference/asked_precision.h"
 #include "module/bindings.h"
 
 namespace py = pybind11;
@@ -123,12 +124,17 @@ std::optional<std::string> bound_text(AtBound bound) {
   return {};
 }
 
-NamedReport named(const FitProblem& problem, const TrustReport& report) {
+/// `x`: the values that it is about.
+NamedReport named(const FitProblem& problem, const TrustReport& report, const Vector& x) {
   const Unknowns& unknowns = problem.unknowns();
   const auto name_of = [&](int component) {
     return unknowns.components()[static_cast<std::size_t>(component)].name;
   };
-  NamedReport found{{}, report.passes, report.misfit, {}, {}, {}};
+  NamedReport found{{}, report.passes, report.spp, report.misfit, {}, {}, {}};
+  const double precision = problem.settings().precision;
+  const Vector factors = precision > 0 && !report.components.empty()
+                             ? samples_factors(unknowns, x, report.components, precision)
+                             : Vector(Vector::Zero(x.size()));
   for (std::size_t i = 0; i < unknowns.names().size() && !report.components.empty(); ++i) {
     ParameterConfidence all;
     for (std::size_t k = 0; k < unknowns.components().size(); ++k) {
@@ -140,6 +146,7 @@ NamedReport named(const FitProblem& problem, const TrustReport& report) {
       all.at_bound.push_back(bound_text(one.at_bound));
       all.correlated_with.push_back(
           one.correlated_with < 0 ? std::nullopt : std::optional(name_of(one.correlated_with)));
+      all.samples_factor.push_back(factors[static_cast<Eigen::Index>(k)]);
     }
     found.parameters[py::str(unknowns.names()[i])] = all;
   }
@@ -216,15 +223,19 @@ FoundFit found_by(const FitJob& job) {
   last.take(*newest.problem, r.last, *r.fields_last);
   for (RunPoint* point : {&best, &last})
     job.unknowns().fill_waiting(*point, job.stages(), run.ended.size() + 1);
+  FoundFit found;
   int before = 0;
   RenderCounts sum = r;
+  found.shape_steps = r.shape_steps;
   for (const auto& one : run.ended) {
     before += one->result.iterations;
     sum.samples += one->result.samples;
     sum.dropped += one->result.dropped;
     sum.cpu_seconds += one->result.cpu_seconds;
+    found.shape_steps.turning += one->result.shape_steps.turning;
+    found.shape_steps.intersecting += one->result.shape_steps.intersecting;
+    found.shape_steps.given_up += one->result.shape_steps.given_up;
   }
-  FoundFit found;
   found.values_last = values_dict(last);
   found.values_best = values_dict(best);
   found.fields_last = fields_dict(job.unknowns(), last);
@@ -239,12 +250,12 @@ FoundFit found_by(const FitJob& job) {
   found.iterations = before + r.iterations;
   found.stopped = s.stopped;
   found.stopped_because = stopped_because(s.stopped, s.message);
-  found.error = s.error;
+  found.faults = s.faults;
   found.optimiser = newest.optimiser;
   found.counts = sum;
   found.seconds = s.seconds;
   found.search = stages_of(run).front()->result.search;
-  found.report = named(*newest.problem, r.report);
+  found.report = named(*newest.problem, r.report, r.best);
   found.history = history_of(job, run);
   if (job.stages().size() > 1) {
     found.stages.emplace();
@@ -265,7 +276,8 @@ void bind_progress(py::module_& m) {
   py::class_<FitProgress>(m, "Progress", "How far a fit has come.")
       .def_property_readonly("running", of(&FitState::running))
       .def_property_readonly("done", of(&FitState::done))
-      .def_property_readonly("error", of(&FitState::error), "Why it failed; \"\" if it did not.")
+      .def_property_readonly("problems", of(&FitState::faults),
+                             "Why it failed; empty if it did not.")
       .def_property_readonly("stopped", of(&FitState::stopped))
       .def_readonly("stopped_because", &FitProgress::stopped_because, "In words, for people.")
       .def_property_readonly("stage", of(&FitState::stage), "From 0.")
@@ -292,7 +304,10 @@ void bind_report(py::module_& m) {
       .def_readonly("determined", &ParameterConfidence::determined)
       .def_readonly("at_bound", &ParameterConfidence::at_bound, R"("minimum", "maximum" or None.)")
       .def_readonly("correlated_with", &ParameterConfidence::correlated_with,
-                    "The component that can compensate for it.");
+                    "The component that can compensate for it.")
+      .def_readonly("samples_factor", &ParameterConfidence::samples_factor,
+                    "By which the samples must grow to the asked precision; at most 1: reached; 0: "
+                    "none is asked for, or more samples do not help.");
   py::class_<Misfit>(m, "Misfit", "What no value of the unknowns explains.")
       .def_readonly("value", &Misfit::value, "Squared, of the photos' brightness.")
       .def_readonly("standard_error", &Misfit::standard_error)
@@ -306,6 +321,7 @@ void bind_report(py::module_& m) {
       .def_readonly("parameters", &NamedReport::parameters,
                     "Name -> ParameterConfidence; {} without a refinement.")
       .def_readonly("passes", &NamedReport::passes, "0: there was no refinement.")
+      .def_readonly("spp", &NamedReport::spp, "Samples per pixel of the last pass.")
       .def_readonly("misfit", &NamedReport::misfit)
       .def_readonly("alternative_minima", &NamedReport::alternative_minima,
                     "Values far from the best that explain the photos equally well.")
@@ -350,6 +366,11 @@ the validation render. Not validated: NaN.)")
       .def_readonly("start_loss", &MultiStartResult::start_loss)
       .def_readonly("loss", &MultiStartResult::loss)
       .def_readonly("standard_error", &MultiStartResult::standard_error);
+  py::class_<ShapeSteps>(m, "ShapeSteps", "Steps of vertices that had to be shortened.")
+      .def_readonly("turning", &ShapeSteps::turning, "A face would have turned over.")
+      .def_readonly("intersecting", &ShapeSteps::intersecting,
+                    "Surfaces would have gone through each other.")
+      .def_readonly("given_up", &ShapeSteps::given_up, "Of both: they were dropped.");
   py::class_<ModelError>(m, "ModelError", "What the residuals show that no values explain.")
       .def_readonly("relative", &ModelError::relative, "Of a pixel's brightness.")
       .def_readonly("absolute", &ModelError::absolute, "Of the photo's mean.")
@@ -391,13 +412,14 @@ its noise. Losses and report are those of the last stage.)")
       .def_readonly("iterations", &FoundFit::iterations)
       .def_readonly("stopped", &FoundFit::stopped)
       .def_readonly("stopped_because", &FoundFit::stopped_because, "In words, for people.")
-      .def_readonly("error", &FoundFit::error, "Why it failed; \"\" if it did not.")
+      .def_readonly("problems", &FoundFit::faults, "Why it failed; empty if it did not.")
       .def_readonly("optimiser", &FoundFit::optimiser)
       .def_property_readonly("samples", count(&RenderCounts::samples))
       .def_property_readonly("dropped", count(&RenderCounts::dropped))
       .def_property_readonly("cpu_seconds", count(&RenderCounts::cpu_seconds))
       .def_readonly("seconds", &FoundFit::seconds)
       .def_readonly("search", &FoundFit::search)
+      .def_readonly("shape_steps", &FoundFit::shape_steps)
       .def_readonly("report", &FoundFit::report)
       .def_readonly("history", &FoundFit::history)
       .def_readonly("stages", &FoundFit::stages, "List of FoundStage; None without stages.");

@@ -43,7 +43,6 @@ COMMANDS: dict[str, dict[str, str]] = {
         "demo": "fits the demo scene",
     },
     "light from the world": {
-        "rotate-world": "finds the rotation and strength of a known panorama by the photos",
         "lamps": "makes suns of the bright spots of the world's image",
     },
     "what the renderer computes": {
@@ -77,7 +76,6 @@ def build_parser() -> argparse.ArgumentParser:
     _add_compare(commands)
     _add_next_camera(commands)
     _add_trade(commands)
-    environment.add_rotate_world(_command(commands, "rotate-world", ".commands.rotate_world"))
     environment.add_lamps(_command(commands, "lamps", ".commands.lamps"))
     _add_demo(commands)
     return parser
@@ -190,14 +188,15 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI", help="of each channel")
     grid = (
         "voxels along a grid's longest side, or a .npy or .vol file to start from; of an image, "
-        "such as base_color_texture, texels along each side, or a picture"
+        "such as base_color_texture, texels along each side, or a picture; new: a new colour "
+        "attribute for vertex_colors"
     )
-    add("--grid", **many, metavar="MATERIAL:GRID=N|FILE", help=grid)
+    add("--grid", **many, metavar="OWNER:FIELD=N|FILE|new", help=grid)
     unseen = "texels or vertices that no photo sees stay as they were, or are filled from around"
     add("--unseen", **many, metavar="OWNER:FIELD=keep|fill", help=unseen)
     stages = "what is fitted first: usual (default; light-first where the world's image, an image "
-    stages += "and its colour are fitted), none, ior-last, colours-first, light-first, auto (what "
-    stages += "photos determine), or a JSON file"
+    stages += "and its colour are fitted), none, ior-last, colours-first, light-first, or a JSON "
+    stages += "file"
     add("--stages", metavar="FILE", help=stages)
     environment.add_environment(group)
     add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")
@@ -218,6 +217,9 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         help="goes on to three times the iterations where values still move "
         "(default: with --preset balanced or accurate, unless --iterations is given)",
     )
+    precision = "where refinement ends: 90 %% intervals within 3 %% (draft) or 1 %% (usual) of the "
+    precision += "bounds' distance, or twice that of the value; exact: after all samples"
+    add("--precision", choices=("draft", "usual", "exact"), help=precision)
     add("--spp", type=int, help="samples per pixel and iteration")
     add("--height", type=int, help="pixels of the compared pictures")
     add("--learning-rate", type=float, help="of Adam")

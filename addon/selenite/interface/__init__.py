@@ -21,7 +21,7 @@ from .operators import check as check_operators
 from .operators import fit as fit_operators
 from .operators import models as model_operators
 from .operators import next_camera as camera_operators
-from .operators import presets, rotate_environment
+from .operators import presets
 from .operators import rows as row_operators
 from .operators import stop as stop_operators
 from .operators import time as time_operators
@@ -54,7 +54,6 @@ _MODULES = (
     model_operators,
     batch_operators,
     camera_operators,
-    rotate_environment,
     result_panel,
     picture_properties,
     picture_operators,

@@ -47,12 +47,17 @@ OPTIMISER_ITEMS = (
     ("adam", "Adam", "Gradient steps at each parameter's rate; wants more iterations", 2),
 )
 TITLES.update({name: title for name, title, *_ in (*LOSS_ITEMS, *OPTIMISER_ITEMS)})
+PRECISION_ITEMS = (
+    ("draft", "Draft", "90 % intervals within 3 % of the bounds' distance or 6 % of the value", 0),
+    ("usual", "Usual", "90 % intervals within 1 % of the bounds' distance or 2 % of the value", 1),
+    ("exact", "Exact", "As narrow as all samples make them", 2),
+)
 SEARCH_ITEMS = (
     ("auto", "Where Useful", "Evaluate many starting points where few parameters are fitted", 0),
     ("on", "Always", "Evaluate many starting points", 1),
     ("off", "Never", "Step from the given start", 2),
 )
-# Beside the first and the own list, the names are those of fit.staging.request.
+# Beside the own list, the names are those of fit.staging.request. 4 was "auto" in older files.
 STAGE_ITEMS = (
     (
         "usual",
@@ -75,13 +80,6 @@ STAGE_ITEMS = (
         5,
     ),
     ("own", "Own List", "What the stages below name; ticks do not count", 3),
-    (
-        "auto",
-        "Automatic",
-        "First what the photos determine where multi-start ends, then everything; measured to be "
-        "no better than All at Once for the same time",
-        4,
-    ),
 )
 
 
@@ -125,7 +123,15 @@ def _take_iterations(settings: bpy.types.PropertyGroup, _context: bpy.types.Cont
 
 def _take_preset(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     preset = PRESETS[settings.preset]
-    for name in ("iterations", "until_converged", "spp", "height", "tolerance", "picture_spp"):
+    for name in (
+        "iterations",
+        "until_converged",
+        "spp",
+        "height",
+        "tolerance",
+        "picture_spp",
+        "precision",
+    ):
         setattr(settings, name, getattr(preset, name))
 
 
@@ -309,6 +315,13 @@ class SeleniteSettings(bpy.types.PropertyGroup):
         default="auto",
         description="Evaluate 65 starting points within the bounds before the first step. "
         "Yours is kept unless another one is better by more than noise",
+    )
+    precision: EnumProperty(
+        name="Precision",
+        items=PRECISION_ITEMS,
+        default=_DEFAULTS.precision,
+        description="How well values are to be known. Refinement ends as soon as they are, or when "
+        "more samples of these photos would not suffice",
     )
     physical_refraction: BoolProperty(
         name="Physical Refraction",

@@ -13,6 +13,7 @@ from ...scene_read.geometry.bodies import OPEN_BODY
 from .. import state
 from ..operators import models
 from ..problem_reports import thing_of
+from ..running.run import ENDING, Phase
 from ..texts import field, paragraph, shown, translated
 from .background import draw_bar, draw_stop, draw_work
 
@@ -51,12 +52,12 @@ class SELENITE_PT_head(bpy.types.Panel):
                 _draw_command(layout, context, command)
                 return
         if state.READING.job is not None:
-            text = state.ENDING if state.READING.is_cancelled else "Reading the scene"
+            text = ENDING if state.READING.is_cancelled else "Reading the scene"
             draw_bar(layout, 0.0, translated(text))
             layout.operator("selenite.cancel", icon="X")
             return
-        if state.RUN.is_active or state.STAGES.job is not None:
-            _draw_run(layout, context)
+        if state.RUN.phase is not None:
+            _draw_run(layout, context, state.RUN.phase)
             return
         if state.CHECK.job is not None:
             progress = state.CHECK.progress
@@ -118,25 +119,14 @@ def _draw_next(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         layout.operator("selenite.open_sample", icon="FILE_3D")
 
 
-def _draw_run(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+def _draw_run(layout: bpy.types.UILayout, context: bpy.types.Context, phase: Phase) -> None:
     """Bar, Stop, Cancel, and what Esc does."""
-    run = state.RUN
-    if state.STAGES.job is not None:
-        step = state.STAGES.step
-        draw_bar(layout, step.fraction if step else 0.0, translated("Choosing stages"))
-        layout.operator("selenite.cancel", icon="X")
-        return
-    text = run.shown.text
-    if run.job is None:
-        text = translated("Reading the scene" if run.reading else "Reading the photos")
-        if run.reading is not None and run.reading.is_stopped:
-            text = translated(state.ENDING)
-    draw_bar(layout, run.shown.fraction, text, _LINES)
+    draw_bar(layout, phase.fraction, phase.title, _LINES)
+    keeps = state.RUN.fitting is not None
     column = layout.column(align=True)
-    if run.job is not None:
+    if keeps:
         draw_stop(column)
     column.operator("selenite.cancel", text="Cancel (Restore)", icon="X")
-    keeps = run.job is not None
     text = "Esc stops and keeps" if keeps else "Esc cancels"
     paragraph(layout, context, translated(text))
 
