@@ -36,9 +36,11 @@ PANEL = {
     "picture_spp": 3,
     "physical_refraction": True,
     "search": "off",
+    "precision": "exact",
 }
-NATIVE = {name: PANEL[name] for name in PANEL if name not in
-          ("height", "picture_spp", "physical_refraction", "until_converged")}  # fmt: skip
+#: Settings that the native fit has otherwise, or not at all.
+OTHERWISE = ("height", "picture_spp", "physical_refraction", "until_converged", "precision")
+NATIVE = {name: PANEL[name] for name in PANEL if name not in OTHERWISE}
 COLOUR, ROUGHNESS = "Body:base_color", "Body:roughness"
 
 
@@ -107,7 +109,11 @@ def test_every_setting_of_the_panel_reaches_the_native_fit(settings, monkeypatch
     assert {field.name for field in fields(FitSettings)} == {*PANEL, "learning_rate"}
     assert bpy.ops.selenite.start() == {"FINISHED"}
     fit = recorded.fit
-    assert fit.settings == NATIVE | {"tolerance": pytest.approx(0.25), "most_iterations": 0}
+    assert fit.settings == NATIVE | {
+        "tolerance": pytest.approx(0.25),
+        "most_iterations": 0,
+        "precision": 0.0,
+    }
     assert {item["physical_refraction"] for item in recorded.materials} == {True}
     first, second = fit.unknowns
     assert (first.owner, first.parameter) == ("Body", "base_color")

@@ -110,7 +110,7 @@ class PrincipledBsdf {
     const BsdfSample<T> s = draw(u_lobe, u1, u2);
     return s.exists ? std::optional(s) : std::nullopt;
   }
-  /// The same; `exists` tells whether there is a direction, of each lane.
+  /// The same; `exists`: whether each lane has a direction.
   BsdfSample<T> draw(S u_lobe, S u1, S u2) const;  // bsdf_sampling.h
 
   /// Radiance emitted towards the viewer, W/(m^2 sr).

@@ -2,6 +2,7 @@
 #include <pybind11/pybind11.h>
 
 #include "math/error.h"
+#include "math/instruction_set.h"
 #include "model/tables/albedo_tables.h"
 #include "module/bindings.h"
 #include "module/problem_binding.h"
@@ -38,7 +39,7 @@ void self_test() {
 /// on top, and are chosen where the processor has it.
 void check_processor() {
 #if defined(__GNUC__) && defined(__x86_64__)
-  if (!__builtin_cpu_supports("sse4.2"))
+  if (!has_sse42())
     throw py::import_error(
         "selenite._core: this processor has no SSE4.2, which x86-64 processors have had since "
         "2008; Selenite needs a newer one.");

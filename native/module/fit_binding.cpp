@@ -107,8 +107,9 @@ Args:
         Gauss-Newton; beside grids and images where each holds one colour, one is of albedos or base
         colours, and there are up to 12 numbers with these as three; or "on", "off"), refinement
         "auto" (with up to 12 unknowns and no grid or image; or "on", "off"),
-        refinement_spp 0 (as many as the iterations took, at least 64), finite_differences True (differences
-        of pictures in place of derivatives: by IOR, in Gauss-Newton steps by roughness and
+        refinement_spp 0 (as many as the iterations took, at least 64), precision 0 (half of a 90 %
+        interval that suffices, as a share of the bounds' distance, or twice that of the value; 0: all
+        samples are taken), finite_differences True (differences of pictures in place of derivatives: by IOR, in Gauss-Newton steps by roughness and
         extinction too).
 Raises:
     ValueError, KeyError: all problems at once, one line each; nothing is started.)")

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit/inference/asked_precision.h"
 #include "module/bindings.h"
 
 namespace py = pybind11;
@@ -123,12 +124,17 @@ std::optional<std::string> bound_text(AtBound bound) {
   return {};
 }
 
-NamedReport named(const FitProblem& problem, const TrustReport& report) {
+/// `x`: the values that it is about.
+NamedReport named(const FitProblem& problem, const TrustReport& report, const Vector& x) {
   const Unknowns& unknowns = problem.unknowns();
   const auto name_of = [&](int component) {
     return unknowns.components()[static_cast<std::size_t>(component)].name;
   };
-  NamedReport found{{}, report.passes, report.misfit, {}, {}, {}};
+  NamedReport found{{}, report.passes, report.spp, report.misfit, {}, {}, {}};
+  const double precision = problem.settings().precision;
+  const Vector factors = precision > 0 && !report.components.empty()
+                             ? samples_factors(unknowns, x, report.components, precision)
+                             : Vector(Vector::Zero(x.size()));
   for (std::size_t i = 0; i < unknowns.names().size() && !report.components.empty(); ++i) {
     ParameterConfidence all;
     for (std::size_t k = 0; k < unknowns.components().size(); ++k) {
@@ -140,6 +146,7 @@ NamedReport named(const FitProblem& problem, const TrustReport& report) {
       all.at_bound.push_back(bound_text(one.at_bound));
       all.correlated_with.push_back(
           one.correlated_with < 0 ? std::nullopt : std::optional(name_of(one.correlated_with)));
+      all.samples_factor.push_back(factors[static_cast<Eigen::Index>(k)]);
     }
     found.parameters[py::str(unknowns.names()[i])] = all;
   }
@@ -244,7 +251,7 @@ FoundFit found_by(const FitJob& job) {
   found.counts = sum;
   found.seconds = s.seconds;
   found.search = stages_of(run).front()->result.search;
-  found.report = named(*newest.problem, r.report);
+  found.report = named(*newest.problem, r.report, r.best);
   found.history = history_of(job, run);
   if (job.stages().size() > 1) {
     found.stages.emplace();
@@ -293,7 +300,10 @@ void bind_report(py::module_& m) {
       .def_readonly("determined", &ParameterConfidence::determined)
       .def_readonly("at_bound", &ParameterConfidence::at_bound, R"("minimum", "maximum" or None.)")
       .def_readonly("correlated_with", &ParameterConfidence::correlated_with,
-                    "The component that can compensate for it.");
+                    "The component that can compensate for it.")
+      .def_readonly("samples_factor", &ParameterConfidence::samples_factor,
+                    "By which the samples must grow to the asked precision; at most 1: reached; 0: "
+                    "none is asked for, or more samples do not help.");
   py::class_<Misfit>(m, "Misfit", "What no value of the unknowns explains.")
       .def_readonly("value", &Misfit::value, "Squared, of the photos' brightness.")
       .def_readonly("standard_error", &Misfit::standard_error)
@@ -307,6 +317,7 @@ void bind_report(py::module_& m) {
       .def_readonly("parameters", &NamedReport::parameters,
                     "Name -> ParameterConfidence; {} without a refinement.")
       .def_readonly("passes", &NamedReport::passes, "0: there was no refinement.")
+      .def_readonly("spp", &NamedReport::spp, "Samples per pixel of the last pass.")
       .def_readonly("misfit", &NamedReport::misfit)
       .def_readonly("alternative_minima", &NamedReport::alternative_minima,
                     "Values far from the best that explain the photos equally well.")

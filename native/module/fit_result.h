@@ -27,6 +27,7 @@ struct ParameterConfidence {
   std::vector<std::pair<double, double>> interval_90;
   std::vector<bool> determined;
   std::vector<std::optional<std::string>> at_bound, correlated_with;
+  std::vector<double> samples_factor;
 };
 
 /// A WeakDirection with names in place of numbers.
@@ -38,7 +39,7 @@ struct NamedDirection {
 /// A TrustReport with names in place of numbers.
 struct NamedReport {
   pybind11::dict parameters;  ///< name -> ParameterConfidence; empty where nothing was verified
-  int passes = 0;
+  int passes = 0, spp = 0;
   Misfit misfit;
   std::vector<pybind11::dict> alternative_minima;
   std::vector<std::string> ambiguous;

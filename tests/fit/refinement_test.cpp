@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "fit/given_evaluator.h"
+#include "fit/inference/asked_precision.h"
 #include "fit/run/fit.h"
 #include "fit/solver/gauss_newton.h"
 #include "fit/synthetic_renderer.h"
@@ -20,7 +21,8 @@ struct Refined {
 
 /// Verifies values that are off by a part of what is uncertain.
 Refined refine(const Vector& x, std::vector<Photo> photos, std::uint64_t seed,
-               const std::vector<UnknownParameter>& wanted = synthetic_unknowns(), int spp = 64) {
+               const std::vector<UnknownParameter>& wanted = synthetic_unknowns(), int spp = 64,
+               RefinementOptions options = {}) {
   const Scene scene = synthetic_scene();
   check_photos(scene, photos);
   const Unknowns unknowns(scene, wanted);
@@ -37,7 +39,7 @@ Refined refine(const Vector& x, std::vector<Photo> photos, std::uint64_t seed,
     return SyntheticRenderer{0.5, 0.5}(now, now.camera(photo.camera),
                                        derivatives ? layout : SlotLayout(), settings, nullptr);
   });
-  Refinement refinement(problem, &none, {unknowns.project(x)}, seed, spp, 16);
+  Refinement refinement(problem, &none, {unknowns.project(x)}, seed, spp, 16, options);
   while (refinement.step(render)) {
   }
   return {refinement.values(), refinement.report()};
@@ -95,6 +97,30 @@ TEST(Refinement, TheNoiseOfOneLookIsNoReasonForAnother) {
   for (std::uint64_t run = 0; run < 50; ++run)
     fourth += refine(synthetic_truth(), photos, run, synthetic_unknowns(), 512).report.passes > 3;
   EXPECT_LE(fourth, 5);
+}
+
+TEST(Refinement, EndsWhenValuesAreKnownAsWellAsAsked) {
+  constexpr int kAll = 4096;
+  constexpr double kAsked = 0.02;
+  const Scene scene = synthetic_scene();
+  const std::vector<Photo> photos{synthetic_capture(scene, "Left", kSize),
+                                  synthetic_capture(scene, "Right", kSize)};
+  const Vector truth = synthetic_truth();
+  const Unknowns unknowns(scene, synthetic_unknowns());
+  const auto widest = [&](const Refined& found, double share) {
+    return samples_factors(unknowns, found.values, found.report.components, share).maxCoeff();
+  };
+  const Refined all = refine(truth, photos, 1, synthetic_unknowns(), kAll);
+  ASSERT_EQ(all.report.spp, kAll);
+  ASSERT_LT(widest(all, kAsked), 0.5) << "fewer would do";
+  const Refined asked = refine(truth, photos, 1, synthetic_unknowns(), kAll, {.precision = kAsked});
+  EXPECT_LE(widest(asked, kAsked), 1);
+  EXPECT_LT(asked.report.spp, kAll / 2);
+  // What no samples bring there is no reason to take them.
+  const Refined beyond =
+      refine(truth, photos, 1, synthetic_unknowns(), kAll, {.precision = kAsked / 1000});
+  EXPECT_GT(widest(beyond, kAsked / 1000), 1);
+  EXPECT_LT(beyond.report.spp, kAll);
 }
 
 TEST(Refinement, NamesWhatNoPictureShows) {

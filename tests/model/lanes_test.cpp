@@ -5,6 +5,7 @@
 #include <limits>
 #include <random>
 
+#include "math/instruction_set.h"
 #include "model/cases.h"
 #include "model/lanes_batch.h"
 
@@ -16,8 +17,7 @@ namespace {
 class LanesTest : public testing::Test {
  protected:
   void SetUp() override {
-    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
-      GTEST_SKIP() << "this processor has no AVX2 with FMA";
+    if (!has_avx2()) GTEST_SKIP() << "this processor has no AVX2 with FMA";
   }
 };
 

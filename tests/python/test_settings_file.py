@@ -29,7 +29,10 @@ OTHER = FitSettings(
     picture_spp=3,
     physical_refraction=True,
     search="on",
+    precision="draft",
 )
+#: What files left out before it existed.
+OLD = {"until_converged": False, "precision": "exact"}
 
 
 def refused(data: dict[str, Any]) -> list[str]:
@@ -50,7 +53,7 @@ def test_settings_come_back_as_they_were() -> None:
 def test_what_is_left_out_takes_its_default(name: str) -> None:
     stored = OTHER.as_json()
     del stored[name]
-    default = getattr(FitSettings(), name) if name != "until_converged" else False
+    default = OLD.get(name, getattr(FitSettings(), name))
     assert FitSettings.from_json(stored) == replace(OTHER, **{name: default})
 
 

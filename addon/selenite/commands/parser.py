@@ -181,7 +181,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     model = (
         "tries an opaque body, a medium and grids of albedos in turn, while each explains photos "
     )
-    model += "better that no fit has seen: auto, opaque or medium"
+    model += "better that no fit has seen: auto, opaque, subsurface or medium"
     add("--model", metavar="[MATERIAL:]NAME", help=model)
     start = "a value, default: the scene's; or the folder of a fit, to begin where that one ended"
     add("--start", **many, metavar="OWNER:PARAM=V[,V,V]|RESULT", help=start)
@@ -216,6 +216,9 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         help="goes on to three times the iterations where values still move "
         "(default: with --preset balanced or accurate, unless --iterations is given)",
     )
+    precision = "where refinement ends: 90 %% intervals within 3 %% (draft) or 1 %% (usual) of the "
+    precision += "bounds' distance, or twice that of the value; exact: after all samples"
+    add("--precision", choices=("draft", "usual", "exact"), help=precision)
     add("--spp", type=int, help="samples per pixel and iteration")
     add("--height", type=int, help="pixels of the compared pictures")
     add("--learning-rate", type=float, help="of Adam")

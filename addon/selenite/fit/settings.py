@@ -21,7 +21,8 @@ class FitSettings:
     depth: bounces, 0 = unlimited. threads: 0 = all. accumulate: one step per iteration over all
     cameras, otherwise one per camera. picture_spp: samples of the pictures in the result folder.
     physical_refraction: see SceneValues. search: whether multi-start comes before the first step,
-    "on", "off" or "auto" (where Gauss-Newton fits).
+    "on", "off" or "auto" (where Gauss-Newton fits). precision: of PRECISIONS, where refinement may
+    end.
     """
 
     loss: str = "robust"
@@ -36,9 +37,10 @@ class FitSettings:
     depth: int = 0
     threads: int = 0
     accumulate: bool = True
-    picture_spp: int = 128
+    picture_spp: int = 64
     physical_refraction: bool = False
     search: str = "auto"
+    precision: str = "usual"
 
     def problems(self) -> list[Problem]:
         """What is out of range. Losses and optimisers are listed natively."""
@@ -59,6 +61,9 @@ class FitSettings:
         if self.search not in SEARCHES:
             cure = choice(self.search, SEARCHES)
             found.append(Problem("Setting 'search'", f"'{self.search}' is not known", cure))
+        if self.precision not in PRECISIONS:
+            cure = choice(self.precision, PRECISIONS)
+            found.append(Problem("Setting 'precision'", f"'{self.precision}' is not known", cure))
         least = losses.get(self.loss, 1)
         if self.spp < least:
             cause = f"loss '{self.loss}' needs {least} samples per pixel"
@@ -78,8 +83,8 @@ class FitSettings:
             raise BadInput(Problem("Settings", f"they are {data!r}", cure))
         kinds = {field.name: type(field.default) for field in fields(FitSettings)}
         found: list[Problem] = []
-        # Files from before it existed: their fits ended with the iterations.
-        values: dict[str, object] = {"until_converged": False}
+        # Files from before these existed: fits ended with their iterations and took all samples.
+        values: dict[str, object] = {"until_converged": False, "precision": "exact"}
         for name, value in data.items():
             kind = kinds.get(name)
             if kind is None:
@@ -103,10 +108,13 @@ class FitSettings:
         names = ("loss", "optimiser", "iterations", "spp", "tolerance", "seed", "depth", "threads")
         most = MOST_TIMES * self.iterations if self.until_converged else 0
         own = {name: getattr(self, name) for name in (*names, "accumulate", "search")}
-        return own | {"most_iterations": most}
+        return own | {"most_iterations": most, "precision": PRECISIONS[self.precision]}
 
 
 SEARCHES = ("auto", "on", "off")
+#: Half of a 90 % interval that suffices, as a share of the bounds' distance, or twice that of the
+#: value; 0: refinement takes all its samples.
+PRECISIONS = {"draft": 0.03, "usual": 0.01, "exact": 0.0}
 #: See `until_converged`.
 MOST_TIMES = 3
 #: Ranges of what the native fit does not know. A seed fits into a property of Blender's.
@@ -128,9 +136,11 @@ def number(value: float) -> str:
 
 
 PRESETS = {
-    "draft": FitSettings(iterations=25, until_converged=False, height=128, picture_spp=32),
+    "draft": FitSettings(
+        iterations=25, until_converged=False, height=128, picture_spp=32, precision="draft"
+    ),
     "balanced": FitSettings(),
-    "accurate": FitSettings(iterations=60, spp=16, picture_spp=512),
+    "accurate": FitSettings(iterations=60, spp=16, picture_spp=512, precision="exact"),
 }
 #: What `--optimiser adam` starts from: the thesis tool's run.
 THESIS = FitSettings(

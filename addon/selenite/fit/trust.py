@@ -28,6 +28,8 @@ _PART_CLEAR = (0.05, 0.95)
 _HIDDEN, _BELOW = 0.04, 3.0
 #: Percent of the photos' brightness that a good match, and one that is close, leave unexplained.
 GOOD, CLOSE = 1.0, 5.0
+#: Factor of samples without a digit behind the point.
+_MANY = 3
 #: The loss that takes no notice of exposure, which is most of what it leaves unexplained.
 _OF_ANY_EXPOSURE = "brightness-independent-mse"
 T = TypeVar("T")
@@ -162,6 +164,15 @@ def words(unknown: Unknown, fit: FitResult, *, intervals: bool = True) -> list[s
         lines += _under_texels(unknown, fit)
     if not all(reported.determined):
         lines.append(_undetermined(unknown, reported, _alternatives(unknown, fit)))
+    if (factor := max(reported.samples_factor)) > 1:
+        lines.append(
+            message(
+                "trust.less-sure-than-asked",
+                "less sure than asked: it would take about {factor} times the samples of these "
+                "photos, at the precision Exact or the quality Accurate, or more photos",
+                factor=f"{factor:.0f}" if factor > _MANY else f"{factor:.1f}",
+            )
+        )
     bounds = {side for side in reported.at_bound if side}
     for side in sorted(bounds):
         bound = unknown.minimum if side == "minimum" else unknown.maximum
@@ -239,8 +250,8 @@ def _fitted_with_an_image(unknown: Unknown, fit: FitResult) -> list[str]:
 
 
 def depends_on_texels(unknown: Unknown, fit: FitResult) -> bool:
-    """Whether it shapes reflections, as a roughness or an IOR, beside an image of the world: how
-    finely this tells directions apart moves it, and no interval knows of it. Measured:
+    """Whether it shapes reflections, as a roughness or an IOR, beside an image of the world: the
+    resolution of directions moves it, and no interval knows of it. Measured:
     docs/measurements/fields.md."""
     of_gloss = unknown.parameter.name.rpartition("_")[2] in ("roughness", "ior")
     return of_gloss and ENVIRONMENT in fit.fields_best

@@ -12,6 +12,7 @@ CONTROLS = {
     "environment-file": "start from a file, or set Projection to Panorama",
     "mirror-ball": "Projection Mirror Ball",
     "fit": "tick",
+    "fit-one-model": "Body set to As Ticked",
     "fit-some": "tick parameters, or press Usual",
     "fit-others": "tick the others",
     "next-camera": "Suggest Next Camera",

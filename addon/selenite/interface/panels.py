@@ -16,7 +16,8 @@ from . import state, warning_rows
 from .captures import lights as capture_lights
 from .captures import photo as capture_photo
 from .chosen import chosen
-from .operators import presets
+from .operators import batch, presets
+from .operators.models import SELENITE_PT_models
 from .operators.time import draw_trade
 from .progress.background import draw_next_camera, draw_work
 from .progress.head import SELENITE_PT_head, next_step
@@ -35,7 +36,7 @@ _GROUPS = (
         "Steps",
         ("iterations", "until_converged", "loss", "tolerance", "optimiser", "accumulate", "search"),
     ),
-    ("Run", ("seed", "threads", "picture_spp")),
+    ("Run", ("precision", "seed", "threads", "picture_spp")),
 )
 
 
@@ -150,8 +151,9 @@ class SELENITE_PT_fit(bpy.types.Panel):
             return
         column = layout.column()
         step, _ = next_step(context.scene)
-        if step != "selenite.start":  # else both are in the head
+        if step not in ("selenite.start", "selenite.fit_models"):  # else they are in the head
             field(column, settings, "preset")
+            field(column, settings, "body")
         field(column, settings, "stage_mode")
         if step != "selenite.start":
             layout.operator("selenite.start", icon="PLAY")
@@ -182,6 +184,7 @@ class SELENITE_PT_advanced(bpy.types.Panel):
             for name in names:
                 field(column, context.scene.selenite, name)
         layout.operator("selenite.resume", icon="RECOVER_LAST")
+        batch.draw(layout, context)
         if not len(context.scene.selenite.results):  # else it stands below them
             draw_next_camera(layout, context)
         column = layout.column(align=True)
@@ -266,6 +269,7 @@ CLASSES = (
     SELENITE_UL_owners,
     SELENITE_UL_rows,
     SELENITE_PT_head,
+    SELENITE_PT_models,
     SELENITE_PT_result,  # in sight at the end of a fit, and not there before
     SELENITE_PT_captures,
     SELENITE_PT_capture,

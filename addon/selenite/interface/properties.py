@@ -47,6 +47,11 @@ OPTIMISER_ITEMS = (
     ("adam", "Adam", "Gradient steps at each parameter's rate; wants more iterations", 2),
 )
 TITLES.update({name: title for name, title, *_ in (*LOSS_ITEMS, *OPTIMISER_ITEMS)})
+PRECISION_ITEMS = (
+    ("draft", "Draft", "90 % intervals within 3 % of the bounds' distance or 6 % of the value", 0),
+    ("usual", "Usual", "90 % intervals within 1 % of the bounds' distance or 2 % of the value", 1),
+    ("exact", "Exact", "As narrow as all samples make them", 2),
+)
 SEARCH_ITEMS = (
     ("auto", "Where Useful", "Evaluate many starting points where few parameters are fitted", 0),
     ("on", "Always", "Evaluate many starting points", 1),
@@ -78,6 +83,21 @@ STAGE_ITEMS = (
 )
 
 
+# Beside the first, the names are those of fit.model_chain.
+BODY_ITEMS = (
+    ("ticked", "As Ticked", "The ticked parameters of the material as it is", 0),
+    (
+        "auto",
+        "Automatic",
+        "Opaque; where photos show light through the body, then a medium and its albedo grids",
+        1,
+    ),
+    ("opaque", "Opaque", "Roughness and base colour, as an image where the mesh has UVs", 2),
+    ("subsurface", "Subsurface", "Opaque first, then with subsurface scattering", 3),
+    ("medium", "Translucent", "Rough glass over a medium, then its albedo as a grid", 4),
+)
+
+
 def _is_camera(_self: bpy.types.bpy_struct, item: bpy.types.Object) -> bool:
     return item.type == "CAMERA"
 
@@ -103,7 +123,15 @@ def _take_iterations(settings: bpy.types.PropertyGroup, _context: bpy.types.Cont
 
 def _take_preset(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     preset = PRESETS[settings.preset]
-    for name in ("iterations", "until_converged", "spp", "height", "tolerance", "picture_spp"):
+    for name in (
+        "iterations",
+        "until_converged",
+        "spp",
+        "height",
+        "tolerance",
+        "picture_spp",
+        "precision",
+    ):
         setattr(settings, name, getattr(preset, name))
 
 
@@ -157,6 +185,14 @@ class SeleniteStage(bpy.types.PropertyGroup):
     own_height: _own_property("height", "Height")
 
 
+class SeleniteModel(bpy.types.PropertyGroup):
+    """A model of the body that was fitted."""
+
+    error: FloatProperty(description="Of the photos held out, relative; below 0: not known")
+    kept: BoolProperty(description="Better than those before")
+    scene: StringProperty(subtype="FILE_PATH", description="Scene with the fitted model")
+
+
 class SeleniteSettings(bpy.types.PropertyGroup):
     """Everything that Selenite keeps in a scene."""
 
@@ -181,6 +217,18 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     )
     stages: CollectionProperty(type=SeleniteStage)
     active_stage: IntProperty()
+    body: EnumProperty(
+        name="Body",
+        items=BODY_ITEMS,
+        default="ticked",
+        description="Model of the photographed body: what is ticked, or models that are judged by "
+        "photos held out",
+    )
+    models: CollectionProperty(type=SeleniteModel)
+    active_model: IntProperty(name="Model", description="Apply Model takes this one")
+    models_material: PointerProperty(type=bpy.types.Material, description="That of the models")
+    models_sentence: StringProperty(description="By how much each model has helped")
+    model_applied: StringProperty(description="Name of the model that the body has")
     results: CollectionProperty(type=SeleniteResult)
     applied: BoolProperty(description="The fitted values are in the scene")
     verdict: StringProperty(description="The result in one sentence")
@@ -268,6 +316,13 @@ class SeleniteSettings(bpy.types.PropertyGroup):
         description="Evaluate 65 starting points within the bounds before the first step. "
         "Yours is kept unless another one is better by more than noise",
     )
+    precision: EnumProperty(
+        name="Precision",
+        items=PRECISION_ITEMS,
+        default=_DEFAULTS.precision,
+        description="How well values are to be known. Refinement ends as soon as they are, or when "
+        "more samples of these photos would not suffice",
+    )
     physical_refraction: BoolProperty(
         name="Physical Refraction",
         default=False,
@@ -314,5 +369,6 @@ CLASSES = (
     SeleniteRow,
     SeleniteResult,
     SeleniteStage,
+    SeleniteModel,
     SeleniteSettings,
 )

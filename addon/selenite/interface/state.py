@@ -15,10 +15,10 @@ from ..cycles_check.job import CheckJob
 from ..cycles_check.render_settings import Contents
 from ..fit.plan import FitPlan
 from ..problems import Problem
-from ..scene_read.blender_process import ProcessProgress
+from ..scene_read.blender_process import BlenderProcess, ProcessProgress
 from ..scene_read.reading.job import ReadingJob
 from ..scene_read.values import SceneValues
-from .running.run import Run
+from .running.run import CANCELLED, Run
 
 W = TypeVar("W", bound=Work)
 
@@ -146,6 +146,61 @@ class SceneReading:
             job.abandon()
 
 
+@dataclass
+class Command:
+    """At most one command of a kind at a time, in another process. `lines` stay after its end.
+
+    has_children: it has started others, which it has to end itself.
+    """
+
+    has_children: bool = False
+
+    job: BlenderProcess | None = None
+    scene_name: str = ""
+    step: BackgroundStep | None = None
+    lines: list[str] = field(default_factory=list)
+    keeps: bool = True
+    runs: bool = False
+
+    def start(self, job: BlenderProcess, scene_name: str) -> None:
+        """Starts the process."""
+        self.job, self.scene_name, self.step, self.lines = job, scene_name, None, []
+        self.keeps = self.runs = True
+        job.start()
+
+    def update(self) -> BackgroundStep:
+        """How far it has come."""
+        assert self.job is not None
+        progress = self.job.progress()
+        self.runs = progress.running
+        self.step = BackgroundStep(progress.fraction, progress.text)
+        return self.step
+
+    def ask_to_stop(self) -> None:
+        """It ends soon and reports what it has."""
+        if self.job is not None:
+            self.job.ask_to_stop()
+
+    def cancel(self) -> None:
+        """It ends at once where it has no children, else soon; nothing is kept."""
+        if self.job is None:
+            return
+        self.keeps = False
+        if self.has_children:
+            self.job.ask_to_stop()
+            return
+        self.stop()
+        self.lines = [CANCELLED]
+
+    def stop(self) -> None:
+        """Ends the process, waits for it and forgets it."""
+        job, self.job, self.step = self.job, None, None
+        if job is not None and self.has_children:
+            job.wind_up()
+        elif job is not None:
+            job.close()
+
+
 RUN = Run()
 READING = SceneReading()
 CHECK = Check()
@@ -155,10 +210,12 @@ ESTIMATE: Background[Work] = Background()
 SAVE: Background[Work] = Background()
 MASK: Background[Work] = Background(hears=False)
 SPOTS: Background[Work] = Background(hears=False)
+MODELS = Command()
+BATCH = Command(has_children=True)
 # Of modules that import this one
 SAMPLE: Background[Any] = Background()
 PAIRING: Background[Any] = Background(hears=False)
-JOBS = (TRADE, NEXT, ESTIMATE, SAVE, MASK, SPOTS, SAMPLE)
+JOBS = (TRADE, NEXT, ESTIMATE, SAVE, MASK, SPOTS, SAMPLE, MODELS, BATCH)
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last read it.

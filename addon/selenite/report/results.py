@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import __version__, native
-from ..atomic_files import write_json
+from ..atomic_files import take_place, write_json
 from ..environments import sphere
 from ..fit import trust
 from ..fit.capture_render import as_found, evaluator
@@ -27,7 +27,7 @@ from ..paths import file_stems
 from . import aligned, gain_level, halves, hold_out
 from .finished_fit import FinishedFit
 from .history_file import write_history
-from .pictures import comparison, plots, sheet
+from .pictures import comparison, moments, plots, sheet
 from .result_file import ResultFile
 
 if TYPE_CHECKING:
@@ -88,7 +88,8 @@ def _with_images(
 def seconds_of_pictures(plan: FitPlan, fit: FitResult) -> float:
     """How long the pictures of a result folder will take about, by the pace of the fit."""
     settings = plan.request.settings
-    samples = 2 * settings.picture_spp * sum(item.weight.size for item in plan.captures)
+    spp = settings.picture_spp + moments.start_spp(settings)
+    samples = spp * sum(item.weight.size for item in plan.captures)
     return samples * fit.seconds / max(fit.samples, 1)
 
 
@@ -126,7 +127,7 @@ def write_results(
         plots.write(partial / PLOTS, plan, result.fit)
         if pictures:
             _write_pictures(plan, result, partial, progress)
-        partial.rename(final)
+        take_place(partial, final)
     finally:
         if partial.exists():
             shutil.rmtree(partial, ignore_errors=True)
@@ -151,7 +152,7 @@ def _write_pictures(
 ) -> None:
     """Per photo: initial, optimised, reference, error (absolute difference); and all of them on one
     sheet. What does not count is black in OpenEXR, marked in PNG. Both renders have the same seed
-    and alignment, so that their difference is the fit's."""
+    and alignment; the initial one has fewer samples."""
     settings = plan.request.settings
     before, after = (evaluator(s, settings) for s in (plan.scene, result.scene(plan)))
     stems = file_stems(item.id for item in plan.captures)
@@ -160,7 +161,7 @@ def _write_pictures(
     for index, capture in enumerate(plan.captures):
         stem, photo = stems[capture.id], as_found(capture, result.fit).view()
         progress(f"initial picture of {capture.id}", 2 * index / steps)
-        initial = before.picture(photo, settings.picture_spp, seed=settings.seed).image
+        initial = before.picture(photo, moments.start_spp(settings), seed=settings.seed).image
         progress(f"optimised picture of {capture.id}", (2 * index + 1) / steps)
         final = after.picture(photo, settings.picture_spp, seed=settings.seed).image
         error = np.abs(final - capture.reference)

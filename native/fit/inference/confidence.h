@@ -64,6 +64,7 @@ struct TrustReport {
   std::vector<Confidence> components;  ///< empty: no refinement, or parameters of a medium
   Misfit misfit;
   int passes = 0;
+  int spp = 0;  ///< samples a pixel of the last pass
   /// Values far from the answer that explain the photos as well; see `AlternativeMinima`.
   std::vector<Vector> alternatives;
   std::vector<int> ambiguous;  ///< components that were determined but for them
@@ -73,7 +74,7 @@ struct TrustReport {
   std::vector<Eigen::MatrixXd> gain_slopes{};  ///< see `GainSlopes`
   std::vector<WeakDirection> weak{};           ///< what makes up for what
   void members(SavedState& state) {
-    state(components, misfit, passes, alternatives, ambiguous, covariance, gain_slopes, weak);
+    state(components, misfit, passes, spp, alternatives, ambiguous, covariance, gain_slopes, weak);
   }
 };
 

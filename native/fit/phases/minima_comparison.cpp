@@ -96,7 +96,7 @@ void MinimaComparison::end_round() {
   candidates_.erase(std::remove_if(candidates_.begin() + 1, candidates_.end(), lost),
                     candidates_.end());
   if (++round_ == static_cast<int>(kAlternativeMinima.shares.size()))
-    return;  // `survivors` tells by the last one
+    return;  // `survivors` decides by the last one
   for (Candidate& candidate : candidates_) {
     candidate.tiled_loss = {};
     candidate.against_answer = {};

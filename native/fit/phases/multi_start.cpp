@@ -164,7 +164,7 @@ void MultiStart::evaluate(Candidate& candidate, int spp, int purpose, Evaluator&
   }
 }
 
-/// Puts the losses together: the detail counts as far as it tells candidates apart.
+/// Puts the losses together: the detail counts as far as it separates candidates.
 void MultiStart::rank() {
   std::vector<double> details, noise;
   for (const Candidate& one : candidates_) {

@@ -24,7 +24,7 @@ int field_pass_spp(const FitSettings& settings) {
   return settings.refinement_spp == 0 ? spp / FieldRefinementOptions{}.share_of_samples : spp;
 }
 
-/// The best values with every roughness at least where it looks perfectly sharp: nothing tells a sharper
+/// The best values with every roughness at least where it looks perfectly sharp: nothing separates a sharper
 /// body from it, but lamps that are seen in it are found the less often.
 Vector start_of_field_refinement(const FitRun& run) {
   const Unknowns& unknowns = run.problem.unknowns();
@@ -161,7 +161,8 @@ RefinementPhase::RefinementPhase(const FitRun& run, AlternativeMinima& minima,
     : refinement_(
           run.problem.scalars(), optimiser, {from.x, run.point.fields},
           stream_seed(run.problem.settings().seed, Stream::kRefinement, minima.refined(), 0),
-          run.problem.settings().chosen_refinement_spp(), run.problem.settings().spp),
+          run.problem.settings().chosen_refinement_spp(), run.problem.settings().spp,
+          {.precision = run.problem.settings().precision}),
       minima_(&minima) {
   refinement_.hold(from.absent);
 }

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "fit/evaluate/seeds.h"
+#include "fit/inference/asked_precision.h"
 #include "fit/inference/offset_expansion.h"
 
 namespace selenite {
@@ -26,7 +28,9 @@ Refinement::Refinement(const Problem& problem, const GaussNewton* optimiser, Poi
       has_jacobians_(optimiser != nullptr),
       seed_(seed),
       spp_(spp),
-      iteration_spp_(iteration_spp) {}
+      iteration_spp_(iteration_spp) {
+  spps_.push_back(pass_spp(0));
+}
 
 void Refinement::hold(const std::vector<AbsentWeight>& absent) {
   point_.fixed.resize(absent.empty() ? 0 : static_cast<std::size_t>(point_.x.size()));
@@ -39,10 +43,26 @@ int Refinement::purpose() const { return 2 * point_.report.passes + (suspended_ 
 
 int Refinement::pass_spp(int pass) const {
   const auto index = static_cast<std::size_t>(pass);
+  if (!suspended_ && index < spps_.size()) return spps_[index];
   const int share = suspended_               ? options_.offset_share
                     : index < kShares.size() ? kShares[index]
                                              : 1;
   return std::min(spp_, std::max(spp_ / share, options_.least_of_pass));
+}
+
+int Refinement::most_passes() const {
+  return options_.precision > 0 ? options_.most_passes_to_precision : options_.most_passes;
+}
+
+double Refinement::wanted_samples(const Estimate& now) const {
+  if (options_.precision == 0) return std::numeric_limits<double>::infinity();
+  const Unknowns& unknowns = point_.problem->unknowns;
+  const Vector to = unknowns.project(point_.reparametrization().to_values(point_.u + now.step));
+  const double most = options_.hope * spp_ / pass_spp(point_.report.passes - 1);
+  double wanted = 0;
+  for (const double factor : samples_factors(unknowns, to, now.components, options_.precision))
+    if (factor <= most) wanted = std::max(wanted, factor);
+  return wanted;
 }
 
 Observation Refinement::derivatives(Evaluator& evaluator, int purpose, int portion, int spp,
@@ -83,9 +103,12 @@ bool Refinement::step(Evaluator& evaluator) {
   const Film film = evaluator.evaluate({point_.x, fields_}, photo,
                                        {spp, seed_of(seed_, purpose(), static_cast<int>(photo_))});
   // The last that may follow has as many samples as the one before, and is near: slopes are known.
-  if (suspended_ || after_offset_ || point_.report.passes + 1 < options_.most_passes)
+  if (suspended_ || after_offset_ || point_.report.passes + 1 < most_passes())
     gather(evaluator, spp);
-  point_.equations.add(photo, point_.gauss_newton.equations(photo_, film));
+  const GaussNewton::PhotoEquations seen = point_.gauss_newton.equations(photo_, film);
+  point_.equations.add(photo, seen);
+  point_.gauss_newton.gather_picture(photo_, seen.whole.residual,
+                                     static_cast<double>(spp) / iteration_spp_);
   if (++photo_ < photos) return true;
   if (suspended_)
     end_offset();
@@ -100,22 +123,30 @@ void Refinement::end_pass() {
   Estimate now = point_.end_pass();
   const int passes = point_.report.passes;
   const double noise = noise_of_step();
-  const bool whole = pass_spp(passes - 1) == spp_ && passes > 1;
+  const int spp = pass_spp(passes - 1);
+  const double wanted = wanted_samples(now);
+  const bool whole = passes > 1 && (spp == spp_ || wanted <= 1);
   const bool near =
       point_.reach_of(now) <= options_.near && now.surprise <= options_.converged_sigmas * noise;
   const bool there = near || now.surprise <= options_.converged_sigmas;
-  over_ = (whole && there) || passes >= options_.most_passes;
+  over_ = (whole && there) || passes >= most_passes();
   if (over_ && near && !after_offset_) {
     // Where this pass began is what the one before found: both count, by their samples.
     point_.equations.gradient *= 1 - 1 / (noise * noise);
     now = point_.estimate_here();
   }
+  point_.report.spp = spp;
   point_.apply(now);
   if (over_) {
     if (!there) point_.widen(now.step, point_.x);
     if (after_offset_) return;
     if (const auto to = point_.offset_of_free()) expand_at_offset(*to);
     return;
+  }
+  spps_.push_back(pass_spp(passes));
+  if (std::isfinite(wanted) && passes >= static_cast<int>(kShares.size())) {
+    const double enough = spp * std::max(options_.margin * wanted, 1.0);
+    spps_.back() = static_cast<int>(std::min<double>(spp_, std::ceil(enough)));
   }
   point_.begin_pass();
   photo_ = 0;
@@ -158,6 +189,7 @@ void Refinement::end_offset() {
 /// slopes may be of the other sign. Its instruments go on.
 void Refinement::refine_after_offset() {
   after_offset_ = true;
+  spps_.push_back(pass_spp(point_.report.passes));
   point_.others = {};
   point_.begin_pass();
   photo_ = 0;
@@ -194,7 +226,8 @@ double Refinement::fraction() const {
 }
 
 void Refinement::members(SavedState& state) {
-  state(point_, fields_, has_jacobians_, photo_, seed_, spp_, iteration_spp_, over_, after_offset_);
+  state(point_, fields_, has_jacobians_, photo_, seed_, spp_, iteration_spp_, spps_, over_,
+        after_offset_);
   bool suspended = suspended_.has_value();
   state(suspended);
   if (!suspended) return;

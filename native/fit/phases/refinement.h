@@ -13,6 +13,14 @@ namespace selenite {
 
 struct RefinementOptions {
   int most_passes = 4;
+  /// Intervals that suffice, see `samples_factors`; 0: as narrow as the samples make them.
+  double precision = 0;
+  int most_passes_to_precision = 5;  ///< in place of `most_passes`: one may need a second attempt
+  /// Samples beyond those that a precision needs by the last pass, whose interval is noisy itself.
+  double margin = 1.2;
+  /// By how much more than 1 / root(samples) an interval may narrow until it is given up: its instruments
+  /// become better too. In samples.
+  double hope = 2;
   double converged_sigmas =
       kCertainSigmas;  ///< a longer step, in standard deviations: x was not there yet
   /// Share of the longest step within which a linear step is as good as a pass at its end.
@@ -29,7 +37,8 @@ struct RefinementOptions {
 /// found, steps, and reports how sure they are.
 ///
 /// Where the step is more than noise the pass is repeated from its end, and if the last one still is, its
-/// length is an error beside the noise. The first passes take few samples: they are the way to where the
+/// length is an error beside the noise. If a precision is asked for, passes take the samples that it
+/// needs by the pass before, and the one that has it is the last. The first passes take few samples: they are the way to where the
 /// next one begins, and where the last step is mostly their noise it is weighed against them by the
 /// samples of both. A value that may be known badly because its slope vanishes near there is expanded at
 /// an offset (offset_expansion.h), and where that leads elsewhere there is one more pass.
@@ -68,7 +77,12 @@ class Refinement {
   /// One more pass, from where the offset has led.
   void refine_after_offset();
   int purpose() const;
+  /// Of those to come where no precision is asked for.
   int pass_spp(int pass) const;
+  int most_passes() const;
+  /// By what factor the samples of a pass must grow until its intervals are as narrow as asked; those
+  /// that no pass would bring there do not count. Infinite: all samples are wanted.
+  double wanted_samples(const Estimate& now) const;
   double noise_of_step() const;
 
   /// What belongs to the answer, while a pass is taken at an offset from it.
@@ -86,6 +100,7 @@ class Refinement {
   std::size_t photo_ = 0;  ///< the next of this pass
   std::uint64_t seed_;
   int spp_, iteration_spp_;
+  std::vector<int> spps_{};  ///< of the passes that have begun
   bool over_ = false;
   std::optional<Suspended> suspended_;
   bool after_offset_ = false;  ///< this pass begins where one at an offset has led

@@ -34,6 +34,7 @@ FitProblem::FitProblem(Scene scene, std::vector<Photo> photos,
       loss_(find_loss(settings_.loss)),
       layout_(unknowns_.layout(scene_)),
       problem_{unknowns_, layout_, photos_, loss_, settings_.iterations} {
+  problem_.threads = settings_.threads;
   if (settings_.finite_differences) differences_ = std::make_unique<Reparametrization>(unknowns_);
 }
 
@@ -56,7 +57,8 @@ std::string FitProblem::fingerprint() const {
         std::int64_t{settings_.chosen_refinement_spp()},
         std::int64_t{settings_.finite_differences}})
     text += " " + std::to_string(number);
-  text += " " + settings_.search + " " + settings_.refinement;
+  text += " " + settings_.search + " " + settings_.refinement + " " +
+          std::to_string(settings_.precision);
   for (const Component& component : unknowns_.components()) text += "\n" + component.name;
   for (std::size_t f = 0; f < fields_.names().size(); ++f)
     text += "\n" + fields_.names()[f] + " " + std::to_string(fields_.start()[f].size());

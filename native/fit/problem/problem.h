@@ -27,6 +27,7 @@ struct Problem {
   /// own.
   std::shared_ptr<PhotoWeights> weights = nullptr;
   bool goes_on = false;  ///< beyond the iterations, see FitSettings::most_iterations
+  int threads = 1;       ///< of a solver; 0: one per core
 };
 
 }  // namespace selenite

@@ -26,6 +26,7 @@ const auto& ranges() {
       // 1 is refused: see `check`.
       SettingRange{"validation_spp", "samples per pixel of a validation", 0, kMostSpp},
       SettingRange{"refinement_spp", "samples per pixel of a refinement pass", 0, kMostSpp},
+      SettingRange{"precision", "precision", 0, 1},
   };
   return table;
 }
@@ -70,6 +71,7 @@ void FitSettings::check() const {
   if (validation_spp == 1) require("validation_spp", validation_spp, 2, kMostSpp);
   in_range("refinement_spp", refinement_spp);
   if (refinement_spp == 1) require("refinement_spp", refinement_spp, 2, kMostSpp);
+  in_range("precision", precision);
   for (const auto& [name, value] :
        {std::pair{"search", search}, std::pair{"refinement", refinement}})
     if (value != "on" && value != "off" && value != "auto")

@@ -38,7 +38,10 @@ struct FitSettings {
   std::string search = "auto";
   /// Whether refinement passes with fresh seeds at fixed values follow, for intervals: the same three.
   std::string refinement = "auto";
-  int refinement_spp = 0;      ///< of a pass; 0: as many as the iterations took, at least 64
+  int refinement_spp = 0;  ///< of a pass; 0: as many as the iterations took, at least 64
+  /// Half of a 90 % interval that suffices, as a share of the bounds' distance, or twice that of the
+  /// value; 0: a refinement takes all its samples.
+  double precision = 0;
   Renderer renderer = render;  ///< a test puts an analytic picture here
 
   int chosen_most_iterations() const { return std::max(iterations, most_iterations); }

@@ -13,7 +13,7 @@
 
 namespace selenite {
 
-/// What a running fit tells at any time.
+/// What a running fit reports.
 struct FitState {
   bool running = false, done = false;
   std::vector<Fault> faults;  ///< why it failed; empty if it did not

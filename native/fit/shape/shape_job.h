@@ -14,7 +14,7 @@
 
 namespace selenite {
 
-/// What a running descent of vertices tells at any time.
+/// What a running descent of vertices reports.
 struct ShapeState {
   bool running = false, done = false;
   std::vector<Fault> faults;  ///< why it failed; empty if it did not

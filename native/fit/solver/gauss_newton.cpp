@@ -82,8 +82,9 @@ bool GaussNewton::has_instruments() const {
                               [](const InstrumentalVariables& one) { return one.empty(); });
 }
 
-InstrumentalVariables::Set GaussNewton::instruments(std::size_t i) const {
-  return instruments_[i].all(problem_->layout, problem_->photos[i], weights()[i], progress());
+InstrumentalVariables::Set GaussNewton::instruments(std::size_t i, Denoising denoising) const {
+  return instruments_[i].all(problem_->layout, problem_->photos[i], weights()[i], progress(),
+                             denoising, problem_->threads);
 }
 
 Measurement GaussNewton::measure(std::span<const Observation> seen,
@@ -130,8 +131,13 @@ void GaussNewton::gather(const Vector& x, const Observation& derivatives, double
       split_halves(*problem_, derivatives, reparametrization_.slope(x)), 1, weight);
 }
 
+void GaussNewton::gather_picture(std::size_t i, const Halves& residual, double weight) {
+  instruments_[i].add_picture(residual, weight);
+}
+
 GaussNewton::PhotoEquations GaussNewton::equations(std::size_t i, const Film& residual) const {
-  PhotoEquations found{{residual_halves(*problem_, i, residual), instruments(i), weights()[i]}};
+  PhotoEquations found{{residual_halves(*problem_, i, residual),
+                        instruments(i, Denoising::kRegression), weights()[i]}};
   const Photo& photo = problem_->photos[i];
   if (photo.gain_freedom != GainFreedom::kNone) found.of_photo = residual_halves(residual, photo);
   return found;

@@ -82,6 +82,9 @@ class GaussNewton final : public ResidualOptimiser {
   void gather(const Vector& x, const Observation& derivatives, double weight);
   /// Those of photo i; `residual` is a render of its own with other seeds.
   PhotoEquations equations(std::size_t i, const Film& residual) const;
+  /// A residual of photo i that is in equations; instruments of others may use its picture. `weight`: as
+  /// of `gather`.
+  void gather_picture(std::size_t i, const Halves& residual, double weight);
   const Reparametrization& reparametrization() const { return reparametrization_; }
   const PhotoWeights& weights() const { return own_weights_ ? *own_weights_ : *problem_->weights; }
 
@@ -103,7 +106,8 @@ class GaussNewton final : public ResidualOptimiser {
   double add_jacobians(std::span<const Observation> seen, const std::vector<Halves>& halves);
   /// Whether there are instruments of all photos.
   bool has_instruments() const;
-  InstrumentalVariables::Set instruments(std::size_t i) const;
+  InstrumentalVariables::Set instruments(std::size_t i,
+                                         Denoising denoising = Denoising::kFilter) const;
   /// The iteration's equations join the sums. Throws as `step`.
   void join(const Measurement& now, const Vector& u, double keep);
   /// From `u` in `Reparametrization`, within the limits of this iteration.

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/solver/instrumental_variables.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "fit/problem/pixel_weights.h"
+#include "math/parallel_for.h"
 
 namespace selenite {
 
-void InstrumentalVariables::members(SavedState& state) { state(parts_[0], parts_[1], adds_); }
+void InstrumentalVariables::members(SavedState& state) {
+  state(parts_[0], parts_[1], adds_, picture_a_, picture_b_, picture_weight_);
+}
 
 void InstrumentalVariables::Part::members(SavedState& state) { state(a, b, weight); }
 
@@ -24,6 +29,10 @@ void InstrumentalVariables::add(const Halves& halves, double keep, double weight
     part.b *= kept;
     part.weight *= keep;
   }
+  picture_a_ *= kept;
+  picture_b_ *= kept;
+  picture_weight_ *= keep;
+  add_picture(halves, weight);
   for (Eigen::Index k = 0; k < columns; ++k) {
     if (!halves.differentiated[k]) continue;
     // 0 1 1 0 0 1 1 0 ...: differences from above and from below, which take turns, are in both.
@@ -36,11 +45,37 @@ void InstrumentalVariables::add(const Halves& halves, double keep, double weight
   }
 }
 
+void InstrumentalVariables::add_picture(const Halves& halves, double weight) {
+  if (picture_a_.size() == 0)
+    picture_a_ = picture_b_ = Eigen::VectorXf::Zero(halves.residual_a.size());
+  picture_a_ += static_cast<float>(weight) * halves.residual_a;
+  picture_b_ += static_cast<float>(weight) * halves.residual_b;
+  picture_weight_ += weight;
+}
+
 InstrumentalVariables::Set InstrumentalVariables::all(const SlotLayout& layout, const Photo& photo,
                                                       const Eigen::VectorXf& importance,
-                                                      const Progress* progress) const {
-  return {half(layout, photo, &Part::a, importance, progress),
-          half(layout, photo, &Part::b, importance, progress)};
+                                                      const Progress* progress, Denoising denoising,
+                                                      int threads) const {
+  Set set{means(&Part::a), means(&Part::b)};
+  const std::array<std::pair<Half*, Jacobian Part::*>, 2> halves{
+      {{&set.a, &Part::a}, {&set.b, &Part::b}}};
+  for (const auto& [half, which] : halves) half->filtered = half->slopes;
+  const auto columns = static_cast<int>(set.a.slopes.cols());
+  parallel_for(2 * columns, threads, [&](int i) {
+    throw_if_cancelled(progress);
+    const auto& [half, which] = halves[static_cast<std::size_t>(i % 2)];
+    const Eigen::Index k = i / 2;
+    if (parts_[0].weight[k] + parts_[1].weight[k] > 0)
+      half->filtered.col(k) = filtered(layout, photo, which, importance, *half, k);
+  });
+  if (denoising == Denoising::kRegression)
+    parallel_for(2, threads, [&](int i) {
+      throw_if_cancelled(progress);
+      const auto& [half, which] = halves[static_cast<std::size_t>(i)];
+      regress(layout, photo, which, importance, *half);
+    });
+  return set;
 }
 
 InstrumentalVariables::Set InstrumentalVariables::plain() const {
@@ -76,29 +111,61 @@ double InstrumentalVariables::share(Eigen::Index k) const {
   return first * second / ((first + second) * (first + second));
 }
 
-InstrumentalVariables::Half InstrumentalVariables::half(const SlotLayout& layout,
-                                                        const Photo& photo, Jacobian Part::*which,
-                                                        const Eigen::VectorXf& importance,
-                                                        const Progress* progress) const {
+Eigen::VectorXf InstrumentalVariables::filtered(const SlotLayout& layout, const Photo& photo,
+                                                Jacobian Part::*which,
+                                                const Eigen::VectorXf& importance, const Half& half,
+                                                Eigen::Index k) const {
   const auto& [first, second] = parts_;
-  Half result = means(which);
-  result.filtered = result.slopes;
-  for (Eigen::Index k = 0; k < result.slopes.cols(); ++k) {
-    throw_if_cancelled(progress);
-    if (first.weight[k] + second.weight[k] == 0) continue;
-    const int channel = layout.rows[static_cast<std::size_t>(k)].channel;
-    const Eigen::VectorXf slope = result.slopes.col(k);
-    if (share(k) == 0) {
-      result.filtered.col(k) = box_blur(clipped_derivative(slope, photo, channel, options_.filter),
-                                        photo.width, photo.height, options_.first_blur_radius);
-      continue;
-    }
-    const Eigen::VectorXf one = (first.*which).col(k) / static_cast<float>(first.weight[k]);
-    const Eigen::VectorXf other = (second.*which).col(k) / static_cast<float>(second.weight[k]);
-    result.filtered.col(k) = filtered_derivative(slope, one, other, share(k), photo, channel,
-                                                 importance, options_.filter);
+  const int channel = layout.rows[static_cast<std::size_t>(k)].channel;
+  const Eigen::VectorXf slope = half.slopes.col(k);
+  if (share(k) == 0)
+    return box_blur(clipped_derivative(slope, photo, channel, options_.filter), photo.width,
+                    photo.height, options_.first_blur_radius);
+  const Eigen::VectorXf one = (first.*which).col(k) / static_cast<float>(first.weight[k]);
+  const Eigen::VectorXf other = (second.*which).col(k) / static_cast<float>(second.weight[k]);
+  return filtered_derivative(slope, one, other, share(k), photo, channel, importance,
+                             options_.filter);
+}
+
+void InstrumentalVariables::regress(const SlotLayout& layout, const Photo& photo,
+                                    Jacobian Part::*which, const Eigen::VectorXf& importance,
+                                    Half& half) const {
+  const auto& [first, second] = parts_;
+  std::vector<Eigen::Index> noisy;
+  std::vector<float> filtered;  // share of the filter's picture
+  Jacobian columns(half.slopes.rows(), half.slopes.cols());
+  for (Eigen::Index k = 0; k < half.slopes.cols(); ++k) {
+    if (share(k) == 0) continue;
+    const auto clipped = [&](const Eigen::VectorXf& column) {
+      return clipped_derivative(column, photo, layout.rows[static_cast<std::size_t>(k)].channel,
+                                options_.filter);
+    };
+    const Eigen::VectorXf one =
+        clipped((first.*which).col(k) / static_cast<float>(first.weight[k]));
+    const Eigen::VectorXf other =
+        clipped((second.*which).col(k) / static_cast<float>(second.weight[k]));
+    const Eigen::VectorXf mean = clipped(half.slopes.col(k));
+    const double power = importance.dot(mean.cwiseAbs2());
+    const double common = importance.dot(one.cwiseProduct(other));
+    if (!(power > 0) || common >= options_.clear * power) continue;
+    columns.col(static_cast<Eigen::Index>(noisy.size())) = mean;
+    noisy.push_back(k);
+    filtered.push_back(
+        static_cast<float>(std::sqrt(std::max(common, 0.0) / (options_.clear * power))));
   }
-  return result;
+  if (noisy.empty()) return;
+  const Eigen::Map<const Eigen::VectorXf> reference(&photo.reference.front().r, half.slopes.rows());
+  const Eigen::VectorXf picture =
+      (which == &Part::a ? picture_a_ : picture_b_) / static_cast<float>(picture_weight_) +
+      reference;
+  const Jacobian regressions =
+      local_regression(columns.leftCols(static_cast<Eigen::Index>(noisy.size())), picture,
+                       importance, photo.width, photo.height, options_.regression);
+  for (std::size_t i = 0; i < noisy.size(); ++i) {
+    auto column = half.filtered.col(noisy[i]);
+    column =
+        filtered[i] * column + (1 - filtered[i]) * regressions.col(static_cast<Eigen::Index>(i));
+  }
 }
 
 }  // namespace selenite

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fit/evaluate/cancellation.h"
+#include "fit/evaluate/local_regression.h"
 #include "fit/evaluate/wiener_filter.h"
 #include "fit/objective/half_buffers.h"
 #include "fit/problem/saved_state.h"
@@ -17,7 +18,14 @@ struct InstrumentalVariablesOptions {
   WienerFilterOptions filter{};
   /// Of the box blur of a derivative picture of which there is one draw only, in pixels.
   int first_blur_radius = 1;
+  LocalRegressionOptions regression{};
+  /// Share of a derivative picture's power that is signal, from which it takes no regression.
+  double clear = 0.25;
 };
+
+/// How noise is taken out of derivative pictures: by the filter alone, or also by what the picture itself
+/// says of them, which takes longer.
+enum class Denoising { kFilter, kRegression };
 
 /// Jacobians of a photo summed over iterations, halves apart: derivative pictures whose noise falls from
 /// iteration to iteration.
@@ -42,11 +50,14 @@ class InstrumentalVariables {
   /// Adds the halves of an iteration; of those before, the share `keep` stays. Columns that these do not
   /// have stay as they are. `weight`: samples of these halves in units of those of a usual iteration.
   void add(const Halves& halves, double keep, double weight = 1);
+  /// Pictures alone, as the features of regressions.
+  void add_picture(const Halves& halves, double weight);
   bool empty() const { return adds_.empty(); }
   /// Unless empty. `importance` of the rows, as in the sums that they will be part of.
-  /// Throws Cancelled, asked at every column.
+  /// `threads`: 0 = one per core. Throws Cancelled, asked at every column.
   Set all(const SlotLayout& layout, const Photo& photo, const Eigen::VectorXf& importance,
-          const Progress* progress = nullptr) const;
+          const Progress* progress = nullptr, Denoising denoising = Denoising::kFilter,
+          int threads = 1) const;
   /// The same with the means themselves as instruments: of so many samples that no filter is needed.
   Set plain() const;
   void members(SavedState& state);
@@ -61,12 +72,21 @@ class InstrumentalVariables {
   Half means(Jacobian Part::*which) const;
   /// Variance of the mean of column k over that of the difference of the parts.
   double share(Eigen::Index k) const;
-  Half half(const SlotLayout& layout, const Photo& photo, Jacobian Part::*which,
-            const Eigen::VectorXf& importance, const Progress* progress) const;
+  /// Column k of a half, clipped and filtered.
+  Eigen::VectorXf filtered(const SlotLayout& layout, const Photo& photo, Jacobian Part::*which,
+                           const Eigen::VectorXf& importance, const Half& half,
+                           Eigen::Index k) const;
+  /// Blends the filtered columns of a half with their regressions, which count as much as they are noisy.
+  void regress(const SlotLayout& layout, const Photo& photo, Jacobian Part::*which,
+               const Eigen::VectorXf& importance, Half& half) const;
 
   InstrumentalVariablesOptions options_;
   std::array<Part, 2> parts_;
   std::vector<int> adds_;  ///< to the columns
+  /// Render minus photo: sums of the halves, and their weight. Features of half A share no sample with
+  /// half B, as its instruments.
+  Eigen::VectorXf picture_a_, picture_b_;
+  double picture_weight_ = 0;
 };
 
 }  // namespace selenite

@@ -2,11 +2,9 @@
 #include "model/tables/albedo_tables.h"
 
 #include <algorithm>
-#include <atomic>
 #include <future>
-#include <thread>
-#include <vector>
 
+#include "math/parallel_for.h"
 #include "model/fresnel.h"
 #include "model/tables/albedo_view.h"
 #include "model/tables/gauss_legendre.h"
@@ -41,24 +39,11 @@ void over_hemisphere(const Point& point) {
   }
 }
 
-/// Calls work(0) ... work(count - 1), in any order, from all cores.
-template <class Work>
-void on_all_cores(int count, const Work& work) {
-  std::atomic<int> next{0};
-  const auto run = [&] {
-    for (int i = next++; i < count; i = next++) work(i);
-  };
-  std::vector<std::jthread> others;
-  const int cores = static_cast<int>(std::thread::hardware_concurrency());
-  for (int i = 1; i < std::min(cores, count); ++i) others.emplace_back(run);
-  run();
-}
-
 }  // namespace
 
 AlbedoTables::AlbedoTables() {
   // The rows with the most work come first.
-  on_all_cores(kCoarse + kFine,
+  parallel_for(kCoarse + kFine, 0,
                [this](int row) { row < kCoarse ? fill_coarse(row) : fill_fine(row - kCoarse); });
 }
 

@@ -12,7 +12,7 @@ from ...fit.job import FitFailed, FitJob
 from ...scene_read.reading.render_depsgraph import Reading
 from ..output_folder import output_folder
 from ..running.work import Saving
-from ..state import CHECK, JOBS, READING, RUN, SAVE, TRADE, is_idle
+from ..state import BATCH, CHECK, JOBS, MODELS, READING, RUN, SAVE, TRADE, is_idle
 from ..texts import announce
 from ..ticking import WorksInThread, redraw
 
@@ -54,12 +54,15 @@ class SELENITE_OT_stop(bpy.types.Operator):
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        """A fit or a measurement is running."""
-        return RUN.fitting is not None or TRADE.job is not None
+        """A fit, a command of fits or a measurement is running."""
+        running = any(item.job is not None for item in (TRADE, MODELS, BATCH))
+        return running or RUN.fitting is not None
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
         """It ends at its next tick."""
         TRADE.cancel()
+        for command in (MODELS, BATCH):
+            command.ask_to_stop()
         if RUN.fitting is not None:
             RUN.ask_to_stop(keep=True)
         return {"FINISHED"}

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...fit.capture_render import as_found, evaluator
 from ...fit.plan import FitPlan
+from ...fit.settings import FitSettings
 from ...fit.staging.plan import constants
 from ..finished_fit import FinishedFit
 
@@ -21,7 +22,14 @@ START, RESULT = -1, -2
 #: Samples per pixel of a pass. A picture of an iteration has one; start and result have as many as
 #: the settings ask for.
 _SPP = 16
+#: The picture of the start is for the eye alone: it has a part of the samples of the result's.
+_SHARE_OF_START = 4
 _CACHED = 64 << 20  # bytes of pictures that are kept
+
+
+def start_spp(settings: FitSettings) -> int:
+    """Samples of a picture of the start."""
+    return max(settings.picture_spp // _SHARE_OF_START, 1)
 
 
 @dataclass(frozen=True)
@@ -83,13 +91,14 @@ class Moments:
         as long as it has samples."""
         capture = self.plan.captures[moment.photo]
         settings = self.plan.request.settings
-        passes = 1 if moment.row >= 0 else -(-settings.picture_spp // _SPP)
+        spp = start_spp(settings) if moment.row == START else settings.picture_spp
+        passes = 1 if moment.row >= 0 else -(-spp // _SPP)
         scene = evaluator(self.scene(moment.row), settings)
         photo = as_found(capture, self.result.fit).view()
         total = np.zeros(capture.reference.shape, np.float64)
         for number in range(passes):
             total += scene.picture(
-                photo, min(_SPP, settings.picture_spp), seed=settings.seed + number,
+                photo, min(_SPP, spp), seed=settings.seed + number,
                 progress=progress,
             ).image  # fmt: skip
         return (total / passes).astype(np.float32)
