@@ -29,6 +29,7 @@ from .. import environment_panel
 from ..output_folder import output_folder
 from ..pictures.operators import open_at_start
 from ..pictures.view import VIEW
+from ..problem_reports import report_problems
 from ..progress.notice import notify, scroll_up
 from ..request import run_request
 from ..result.kept import keep_fields, keep_result

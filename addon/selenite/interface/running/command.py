@@ -16,9 +16,9 @@ from ...problems import BadInput
 from ...scene_read.blender_process import BlenderProcess, ProcessFailed
 from ..problem_reports import report_problems
 from ..state import Command
-from .run import CANCELLED
 from ..texts import announce, translated
 from ..ticking import Ticking, built, redraw, show_status
+from .run import CANCELLED
 
 _MODULE = "selenite.commands.as_process"
 
