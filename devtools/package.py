@@ -182,7 +182,7 @@ def _foreign_wheel(platform: cross.Platform, version: str, python: Path, prefix:
     defined = [f"-Ccmake.define.{name}={value}" for name, value in settings]
     # What the wheel's tag is made of: Python takes it for the platform that it runs on.
     env = {"_PYTHON_HOST_PLATFORM": platform.in_python}
-    command = [python, "-m", "build", "--wheel", "--no-isolation", *defined]
+    command: list[str | Path] = [python, "-m", "build", "--wheel", "--no-isolation", *defined]
     run([*command, "--outdir", DIST, ROOT], env=env)
     (wheel,) = DIST.glob(f"selenite-*-{_tag(version)}-{_tag(version)}-{platform.tag}.whl")
     faults_of_module = foreign_checks.FAULTS_OF_MODULE[platform.name]

@@ -44,10 +44,10 @@ if TYPE_CHECKING:
         FoundStage = _core.FoundStage
         Search = _core.Search
         ModelError = _core.ModelError
+        ShapeSteps = _core.ShapeSteps
         FitResult = _core.FitResult
         Stage = _core.Stage
         Fit = _core.Fit
-        ShapeFit = _core.ShapeFit
         prepare = staticmethod(_core.prepare)
         parameters = staticmethod(_core.parameters)
         closures = staticmethod(_core.closures)

@@ -56,8 +56,6 @@ void bind_fit(pybind11::module_& m);
 void bind_fit_result(pybind11::module_& m);
 /// Vertices of a scene's objects.
 void bind_vertices(pybind11::class_<Scene>& scene);
-/// A fit of them.
-void bind_shape(pybind11::module_& m);
 void bind_photo_jacobian(pybind11::module_& m);
 void bind_fisher_information(pybind11::module_& m);
 void bind_schedule(pybind11::module_& m);

@@ -223,15 +223,19 @@ FoundFit found_by(const FitJob& job) {
   last.take(*newest.problem, r.last, *r.fields_last);
   for (RunPoint* point : {&best, &last})
     job.unknowns().fill_waiting(*point, job.stages(), run.ended.size() + 1);
+  FoundFit found;
   int before = 0;
   RenderCounts sum = r;
+  found.shape_steps = r.shape_steps;
   for (const auto& one : run.ended) {
     before += one->result.iterations;
     sum.samples += one->result.samples;
     sum.dropped += one->result.dropped;
     sum.cpu_seconds += one->result.cpu_seconds;
+    found.shape_steps.turning += one->result.shape_steps.turning;
+    found.shape_steps.intersecting += one->result.shape_steps.intersecting;
+    found.shape_steps.given_up += one->result.shape_steps.given_up;
   }
-  FoundFit found;
   found.values_last = values_dict(last);
   found.values_best = values_dict(best);
   found.fields_last = fields_dict(job.unknowns(), last);
@@ -362,6 +366,11 @@ the validation render. Not validated: NaN.)")
       .def_readonly("start_loss", &MultiStartResult::start_loss)
       .def_readonly("loss", &MultiStartResult::loss)
       .def_readonly("standard_error", &MultiStartResult::standard_error);
+  py::class_<ShapeSteps>(m, "ShapeSteps", "Steps of vertices that had to be shortened.")
+      .def_readonly("turning", &ShapeSteps::turning, "A face would have turned over.")
+      .def_readonly("intersecting", &ShapeSteps::intersecting,
+                    "Surfaces would have gone through each other.")
+      .def_readonly("given_up", &ShapeSteps::given_up, "Of both: they were dropped.");
   py::class_<ModelError>(m, "ModelError", "What the residuals show that no values explain.")
       .def_readonly("relative", &ModelError::relative, "Of a pixel's brightness.")
       .def_readonly("absolute", &ModelError::absolute, "Of the photo's mean.")
@@ -410,6 +419,7 @@ its noise. Losses and report are those of the last stage.)")
       .def_property_readonly("cpu_seconds", count(&RenderCounts::cpu_seconds))
       .def_readonly("seconds", &FoundFit::seconds)
       .def_readonly("search", &FoundFit::search)
+      .def_readonly("shape_steps", &FoundFit::shape_steps)
       .def_readonly("report", &FoundFit::report)
       .def_readonly("history", &FoundFit::history)
       .def_readonly("stages", &FoundFit::stages, "List of FoundStage; None without stages.");

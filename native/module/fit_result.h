@@ -87,6 +87,7 @@ struct FoundFit {
   RenderCounts counts;
   double seconds = 0;
   MultiStartResult search;
+  ShapeSteps shape_steps;  ///< of all stages
   NamedReport report;
   FitHistory history;
   std::optional<std::vector<FoundStage>> stages;

@@ -14,6 +14,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from .. import native, parameters
+from ..fit.field_kinds import VERTEX_COLORS
+from ..fit.fields.vertex_colors import NEW
 from ..fit.settings import number
 from ..fit.staging.request import PRESETS, StageRequest, read_stages
 from ..parameters import Values
@@ -130,9 +132,12 @@ def words(
 
 
 def grids(texts: Sequence[str], problems: list[Problem]) -> dict[Key, str]:
-    """["Body:albedo_grid=16", "Fog:albedo_grid=fog.vol"] -> number or absolute path by name."""
+    """["Body:albedo_grid=16", "Fog:albedo_grid=fog.vol", "Body:vertex_colors=new"] -> number,
+    absolute path or "new" by name."""
     return {
-        key: word if word.isdecimal() else str(absolute(word))
+        key: word
+        if word.isdecimal() or (key[1], word) == (VERTEX_COLORS, NEW)
+        else str(absolute(word))
         for key, word in words(texts, "--grid", "N or =FILE", problems).items()
     }
 

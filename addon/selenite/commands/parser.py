@@ -188,9 +188,10 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI", help="of each channel")
     grid = (
         "voxels along a grid's longest side, or a .npy or .vol file to start from; of an image, "
-        "such as base_color_texture, texels along each side, or a picture"
+        "such as base_color_texture, texels along each side, or a picture; new: a new colour "
+        "attribute for vertex_colors"
     )
-    add("--grid", **many, metavar="MATERIAL:GRID=N|FILE", help=grid)
+    add("--grid", **many, metavar="OWNER:FIELD=N|FILE|new", help=grid)
     unseen = "texels or vertices that no photo sees stay as they were, or are filled from around"
     add("--unseen", **many, metavar="OWNER:FIELD=keep|fill", help=unseen)
     stages = "what is fitted first: usual (default; light-first where the world's image, an image "

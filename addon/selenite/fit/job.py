@@ -17,13 +17,12 @@ from ..messages import thing
 from ..parameters import Values
 from ..problems import BadInput, Failed, Problem, refused
 from . import trust
-from .diagnosis.course import Limits, diagnose, still_falling
-from .fields import VerticesUnknown
+from .diagnosis.course import Limits, diagnose, shortened, still_falling
 from .plan import FitPlan
 from .staging import plan as stage_plan
 
 if TYPE_CHECKING:
-    from .._core import Fit, FitResult, History, Progress, Scene, ShapeFit
+    from .._core import Fit, FitResult, History, Progress, Scene
 
 _DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
 #: Pixels of all photos up to which a diagnosis is made by who polls: some 20 ms. Above it has a
@@ -188,15 +187,12 @@ class FitJob:
 
     def closing_notes(self, fit: FitResult) -> tuple[str, ...]:
         """After the end, of its result: what a user should know."""
-        return (*self.notes(), *still_falling(fit))
+        return (*self.notes(), *still_falling(fit), *shortened(fit))
 
 
-def _native_fit(plan: FitPlan) -> Fit | ShapeFit:
+def _native_fit(plan: FitPlan) -> Fit:
     """Raises ValueError, KeyError."""
     photos = [capture.native() for capture in plan.captures]
-    for item in plan.fields:
-        if isinstance(item, VerticesUnknown):
-            return item.fit(plan.scene, photos, plan.request.settings)
     unknowns = [item.native() for item in plan.unknowns]
     unknowns += [item.native() for item in plan.fields]
     if plan.stages:

@@ -14,6 +14,7 @@ from .cost import phase_paths
 from .job import DESCENT, MULTI_START
 from .plan import FitPlan
 from .settings import FitSettings
+from .staging.shape_apart import is_shape
 
 if TYPE_CHECKING:
     from .._core import Progress
@@ -171,7 +172,8 @@ def _parts(plan: FitPlan) -> list[tuple[FitPlan, FitSettings, dict[str, str]]]:
             fields=[item for item in plan.fields if item.name in names],
             stages=(),
         )
-        native = {"search": "off"} if index else {}
+        before = [name for item in plan.stages[:index] for name in item.request.parameters]
+        native = {} if all(is_shape(name) for name in before) else {"search": "off"}
         if index < len(plan.stages) - 1:
             native["refinement"] = "off"
         found.append((part, stage.settings, native))

@@ -27,6 +27,7 @@ from .diagnosis.darkness import problems_of_darkness
 from .fields import FieldUnknown, vertex_positions
 from .request import RunRequest, UnknownRequest
 from .staging import plan as stage_plan
+from .staging import shape_apart
 from .staging.colour_first import with_colours
 from .staging.plan import Stage
 from .unknowns import Unknown, choose, fitted_owners, usual_requests
@@ -78,14 +79,16 @@ def prepare(
     values = with_colours(values, requests, request.stages, warnings)
     single, many = all_fields.split(requests)
     unknowns = choose(values, single, request.settings, problems, warnings)
-    wanted = stage_plan.named(values, request.stages, problems)
+    names = [all_fields.name_of(values, item) for item in requests]
+    asked = shape_apart.apart(names, request.stages, request.settings.iterations, warnings)
+    wanted = stage_plan.named(values, asked, problems)
     fitted_with = stage_plan.fitted_with_fields(unknowns, wanted)
     fields = all_fields.choose(values, many, fitted_with, request.settings, problems)
     fields = stage_plan.starting_at_colour(fields, unknowns, problems)
     warnings += all_fields.remarks(fields, unknowns)
-    shape = vertex_positions.alone(fields, unknowns, bool(wanted), problems)
-    if shape is not None:
-        request = replace(request, settings=shape.settings(request.settings, warnings))
+    warnings += vertex_positions.remarks(fields, request.settings)
+    if not wanted and any(item.kind.is_shape for item in fields):
+        request = replace(request, settings=vertex_positions.with_loss(request.settings))
     names = [*(item.name for item in unknowns), *(item.name for item in fields)]
     settings = stage_plan.settings_of(wanted, names, request.settings, problems)
 
@@ -121,9 +124,7 @@ def prepare(
         raise BadInput(problems)
     values = values.without_shut({(item.owner, item.parameter.name) for item in unknowns})
     go_on()
-    scene = build_scene(all_fields.with_fields(values, fields))
-    if shape is not None:
-        scene = shape.placed(scene, shape.start)
+    scene = _with_shapes(build_scene(all_fields.with_fields(values, fields)), fields)
     if dark := problems_of_darkness(values, captures, unknowns, fields):
         raise BadInput(dark)
     warnings += gauge.remarks(values, captures, names)
@@ -133,12 +134,14 @@ def prepare(
     by_height = {request.settings.height: captures}
     stages = []
     for stage, own in zip(wanted, settings, strict=True):
+        if any(shape_apart.is_shape(name) for name in stage.parameters):
+            own = vertex_positions.with_loss(own)
         if own.height not in by_height:
             by_height[own.height] = photos(own.height, [])
         active = stage_plan.active_fields(stage.name, wanted, unknowns, fields)
         base = scene
         if len(active) < len(fields):
-            base = build_scene(all_fields.with_fields(values, active))
+            base = _with_shapes(build_scene(all_fields.with_fields(values, active)), fields)
         stages.append(Stage(stage, own, by_height[own.height], base, tuple(active)))
     return FitPlan(
         request=replace(
@@ -159,6 +162,14 @@ def prepare(
         hold_out=tuple(hold_out),
         azimuths=_azimuths(values, captures),
     )
+
+
+def _with_shapes(scene: Scene, fields: Sequence[FieldUnknown]) -> Scene:
+    """The native scene with the vertices where they start."""
+    for item in fields:
+        if item.kind.is_shape:
+            scene = item.placed(scene, item.values)
+    return scene
 
 
 def _azimuths(values: SceneValues, captures: Sequence[Capture]) -> dict[str, float]:
@@ -263,7 +274,9 @@ def model_name(unknowns: list[Unknown], fields: Sequence[FieldUnknown] = ()) -> 
     if any(item.kind.is_grid for item in fields):
         return "volume: a ticked parameter is a grid"
     if any(item.kind.is_shape for item in fields):
-        return "shape: the vertices of an object are fitted"
+        return "shape: the vertices of an object are fitted" + (
+            ", and in other stages all else" if unknowns or len(fields) > 1 else ""
+        )
     effects = {item.parameter.effect for item in unknowns}
     if "visibility" in effects:
         return "visibility: a ticked parameter moves silhouettes"

@@ -18,5 +18,6 @@ CONTROLS = {
     "next-camera": "Suggest Next Camera",
     "bake": "Bake Unreadable Nodes",
     "approximate": "Approximate Unreadable Materials",
+    "new-colors": "add one under Object Data > Color Attributes",
     "resolution": "press Set Resolution, or give the photo Own Size",
 }

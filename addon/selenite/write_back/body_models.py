@@ -89,7 +89,8 @@ def take(scene: bpy.types.Scene, material: bpy.types.Material, file: Path) -> bp
         cure = "make it local"
         raise BadInput(Problem(title, cause, cure))
     try:
-        with bpy.data.libraries.load(str(file), link=False) as (there, loaded):
+        library = bpy.data.libraries.load(str(file), link=False)
+        with library as (there, loaded):  # type: ignore[attr-defined] # of the context manager
             loaded.materials = [item for item in there.materials if item == name]
             loaded.objects = [item for item in there.objects if grids.may_show(item, name)]
     except OSError as error:
@@ -115,7 +116,7 @@ def take(scene: bpy.types.Scene, material: bpy.types.Material, file: Path) -> bp
 def give_back(scene: bpy.types.Scene, material: bpy.types.Material) -> bpy.types.Material:
     """Undoes `take`. Raises BadInput where the one before is gone."""
     name = material.name
-    before = bpy.data.materials.get(material.get(_BEFORE, ""))
+    before: bpy.types.Material | None = bpy.data.materials.get(material.get(_BEFORE, ""))
     if before is None:
         cause = "the material before it is gone"
         cure = "undo its removal"

@@ -76,7 +76,11 @@ SceneModel scene_model(const FitProblem& problem, const UniformFields& uniform) 
 }
 
 Scene PhotoEvaluator::scene_of(const Photo& photo, const Point& point) {
-  Scene scene = photo.lights.applied_to(model_.scene_at(point));
+  return lit_for(photo, model_.scene_at(point));
+}
+
+Scene PhotoEvaluator::lit_for(const Photo& photo, const Scene& of_point) {
+  Scene scene = photo.lights.applied_to(of_point);
   auto& lamps = scene.appearance.lights;
   const auto known = aims_.find(photo.id);
   if (known == aims_.end()) {
@@ -191,13 +195,52 @@ FieldGradient PhotoEvaluator::field_gradient(const Point& point, const Photo& ph
   return found;
 }
 
+ShapeGradient PhotoEvaluator::shape_gradient(const Scene& scene, const MovableVertices& vertices,
+                                             const Point& point, const Photo& photo,
+                                             const PictureLoss& loss, const Evaluation& how) {
+  const Camera camera = camera_of(scene, photo);  // before the picture changes the alignment
+  const Colorf fixed = gain_of(photo, point);
+  Colorf gain;
+  ShapeGradient found = render_shape_gradient(
+      lit_for(photo, scene), camera, vertices.instance, vertices.normals,
+      settings_of(photo, how.spp, how.seed),
+      [&](const Film& rendered) {
+        Film film = rendered;
+        apply_gain(fixed, film);
+        find_gain(photo, film);
+        apply_gain(found_gain(photo), film);
+        find_alignment(photo, film);
+        gain = fixed * found_gain(photo);
+        Picture slope = loss(film);
+        scale(slope, gain);
+        return slope;
+      },
+      progress_);
+  apply_gain(gain, found.film);
+  counts_->add(found.film, photo);
+  counts_->samples += static_cast<std::int64_t>(rendered_count(photo)) * how.spp;
+  return found;
+}
+
+CoverageGradient PhotoEvaluator::coverage_gradient(const Scene& scene,
+                                                   const MovableVertices& vertices,
+                                                   const Photo& photo, const CoverageLoss& loss,
+                                                   const Evaluation& how) {
+  RenderSettings settings = settings_of(photo, how.spp, how.seed);
+  settings.pixels = nullptr;
+  CoverageGradient found = render_coverage_gradient(scene, camera_of(scene, photo),
+                                                    vertices.instance, settings, loss, progress_);
+  counts_->cpu_seconds += found.cpu_seconds;
+  return found;
+}
+
 FieldJacobian PhotoEvaluator::field_jacobian(const Point& point, const Photo& photo,
                                              const Fields& fields,
                                              const std::vector<float>& weights, int cell,
                                              const Evaluation& how) {
   const Scene scene = scene_of(photo, point);
   FieldJacobian found =
-      render_field_jacobian(scene, camera_of(scene, photo), fields.refs(),
+      render_field_jacobian(scene, camera_of(scene, photo), fields.carried(),
                             settings_of(photo, how.spp, how.seed), weights, cell, progress_);
   counts_->add(found.film, photo);
   const Colorf fixed = gain_of(photo, point);

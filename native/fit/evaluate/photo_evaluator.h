@@ -15,6 +15,8 @@
 #include "fit/problem/point.h"
 #include "render/driver/aim_pilot.h"
 #include "render/driver/field_gradient.h"
+#include "render/shape/coverage.h"
+#include "render/shape/shape_gradient.h"
 
 namespace selenite {
 
@@ -47,6 +49,12 @@ struct RenderCounts {
   bool too_many_dropped() const;
   std::string dropped_text() const;
   void members(SavedState& state) { state(samples, dropped, cpu_seconds, first_dropped); }
+};
+
+/// The vertices of an object that move, and how its shading normals follow.
+struct MovableVertices {
+  int instance;
+  VertexNormals normals;
 };
 
 /// The scene behind the photos, as a function of the point.
@@ -85,10 +93,20 @@ class PhotoEvaluator final : public Evaluator {
   /// Picture, and the derivatives of weighted means over cells of pixels by every value of the fields.
   FieldJacobian field_jacobian(const Point& point, const Photo& photo, const Fields& fields,
                                const std::vector<float>& weights, int cell, const Evaluation& how);
+  /// Picture, and the derivative of its loss by vertices, from other samples. `scene`: that of the
+  /// point, with the vertices where they are; `loss`: of the picture with the photo's gain.
+  ShapeGradient shape_gradient(const Scene& scene, const MovableVertices& vertices,
+                               const Point& point, const Photo& photo, const PictureLoss& loss,
+                               const Evaluation& how);
+  /// Likewise of where the photo shows the object, over all of its pixels.
+  CoverageGradient coverage_gradient(const Scene& scene, const MovableVertices& vertices,
+                                     const Photo& photo, const CoverageLoss& loss,
+                                     const Evaluation& how);
 
  private:
   /// What the photo shows. At which lamps paths aim is decided at the first point that is asked for.
   Scene scene_of(const Photo& photo, const Point& point);
+  Scene lit_for(const Photo& photo, const Scene& of_point);
   RenderSettings settings_of(const Photo& photo, int spp, std::uint64_t seed) const;
   Colorf gain_of(const Photo& photo, const Point& point) const;
   void find_gain(const Photo& photo, const Film& film);

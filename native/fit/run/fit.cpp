@@ -13,14 +13,21 @@ Fit::Fit(Scene scene, std::vector<Photo> photos, const std::vector<UnknownParame
 
 Fit::Fit(std::shared_ptr<FitProblem> problem)
     : shared_(problem), problem_(*problem), strategy_(problem_), run_(problem_, strategy_) {
-  if (strategy_.multi_start)
-    enter(std::make_unique<MultiStartPhase>(run_, minima_));
-  else
-    enter(std::make_unique<Descent>(run_));
+  enter(first_phase());
+}
+
+std::unique_ptr<Phase> Fit::first_phase() {
+  if (strategy_.moves_vertices) return std::make_unique<ShapeDescent>(run_);
+  if (strategy_.multi_start) return std::make_unique<MultiStartPhase>(run_, minima_);
+  return std::make_unique<Descent>(run_);
 }
 
 std::vector<PlannedRenders> Fit::plan(const FitProblem& problem, const Strategy& strategy) {
   RenderPlan plan(problem, strategy);
+  if (strategy.moves_vertices) {
+    ShapeDescent::plan(plan);
+    return plan.renders();
+  }
   if (strategy.multi_start) MultiStartPhase::plan(plan);
   Descent::plan(plan);
   if (!strategy.refines) return plan.renders();
@@ -91,6 +98,7 @@ std::unique_ptr<Phase> Fit::next_phase() {
         return std::make_unique<RefinementPhase>(run_, minima_, *alternative, nullptr);
       return PartsPhase::of(run_, minima_.absent());
     case PhaseKind::kParts:
+    case PhaseKind::kShape:
       return nullptr;
   }
   return nullptr;

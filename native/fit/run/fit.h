@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fit/phases/phases.h"
+#include "fit/shape/shape_descent.h"
 #include "math/fault.h"
 
 namespace selenite {
@@ -57,6 +58,7 @@ class Fit {
   const Previews& previews() const { return run_.previews; }
 
  private:
+  std::unique_ptr<Phase> first_phase();
   void enter(std::unique_ptr<Phase> phase);
   /// The phase after the present one; null where the fit is over, with the reason in the result.
   std::unique_ptr<Phase> next_phase();

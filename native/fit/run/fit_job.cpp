@@ -40,7 +40,7 @@ FitJob::Published FitJob::published() const {
   return {fit_.ended(),
           fit_.point(),
           fit.problem(),
-          std::string(fit.strategy().optimiser.name),
+          std::string(fit.strategy().method()),
           std::make_shared<const FitResult>(fit.result()),
           fit.shown_iterations(fit.result().iterations),
           fit_.stopped(),

@@ -128,7 +128,8 @@ Color<T> voronoi_step(const Step<T>& s) {
                             s.number(7),
                             s.number(8),
                             static_cast<VoronoiMetric>(texture_metric(s.code.mode)),
-                            (s.code.flags & kNormalized) != 0};
+                            (s.code.flags & kNormalized) != 0,
+                            texture_of_5(s.code.mode)};
   const auto mode = static_cast<VoronoiMode>(texture_type(s.code.mode));
   const auto output = static_cast<VoronoiOutput>(s.code.item);
   return in_dimensions(texture_dimensions(s.code.mode), [&](auto dimensions) {

@@ -57,7 +57,7 @@ class SELENITE_OT_fit_objects(RunsCommand):
         folder.mkdir(parents=True)
         # Not the process's own copy: results refer to this one, and its paths fit this place.
         write_blend_copy(str(folder / _SCENE), "choose another folder")
-        captures = with_ids(captures_of(scene), named_cameras(scene).values())
+        captures = with_ids(captures_of(scene), named_cameras(scene))
         write_captures_file(folder / _CAPTURES, captures)
         (folder / _FILE).write_text(text, encoding="utf-8")
         scroll_up()
