@@ -86,7 +86,7 @@ def prepare(
     fields = all_fields.choose(values, many, fitted_with, request.settings, problems)
     fields = stage_plan.starting_at_colour(fields, unknowns, problems)
     warnings += all_fields.remarks(fields, unknowns)
-    warnings += vertex_positions.remarks(fields, request.settings)
+    warnings += vertex_positions.remarks(fields, request.settings, request.captures)
     if not wanted and any(item.kind.is_shape for item in fields):
         request = replace(request, settings=vertex_positions.with_loss(request.settings))
     names = [*(item.name for item in unknowns), *(item.name for item in fields)]
