@@ -31,6 +31,7 @@ from ..scene_read.options import options_of
 from ..scene_read.values import SceneValues
 from . import arguments
 from .capture_arguments import captures_from, given_for_captures, stored_captures
+from .cluster_arguments import workers_for
 from .environment_arguments import with_environment
 from .fit_results import FitReport, deliver
 from .fitted import models
@@ -84,11 +85,12 @@ def fitted(args: argparse.Namespace) -> FitReport:
     if why := why_not_folder(out, size_of(plan)):
         raise BadInput(Problem(f"Folder '{out}'", why, arguments.OTHER_FOLDER))
     unfinished = unfinished or new_folder(out, SUFFIX)
-    job = FitJob(plan, run.state)
-    if resumes:
-        say(f"going on after {job.progress().iteration} iterations")
-    recorder = Recorder(unfinished, plan.request, run.inputs)
-    result = _fit(job, recorder, resumed=resumes)
+    with workers_for(args, plan) as workers:
+        job = FitJob(plan, run.state, workers=workers)
+        if resumes:
+            say(f"going on after {job.progress().iteration} iterations")
+        recorder = Recorder(unfinished, plan.request, run.inputs)
+        result = _fit(job, recorder, resumed=resumes)
     return deliver(args, scene, values, plan, result, out, save, recorder, checks)
 
 

@@ -11,6 +11,7 @@ from .. import __version__
 from ..problems import BadInput, Problem
 from . import environment_arguments as environment
 from .capture_arguments import add_captures
+from .cluster_arguments import add_scheduler
 from .examples import with_examples
 from .import_arguments import add_import
 from .render_arguments import KEPT, PHYSICAL, add_of_fits, add_reading
@@ -231,6 +232,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     )
     add("--tolerance", type=float, help="stop when the loss falls below; 0: never")
     add_of_fits(add)
+    add_scheduler(parser.add_argument_group("where it runs").add_argument)
     add = parser.add_argument_group("results").add_argument
     add("--picture-spp", type=int, help="samples per pixel of the pictures in the result folder")
     add("--resume", metavar="DIR", help="goes on with the run of a folder <date>_<time>.unfinished")
