@@ -52,10 +52,10 @@ def requested(**values):
     return found[0] if found else str([item.line() for item in problems])
 
 
-def photo_of_larger(item, folder):
+def photo_of_larger(item, folder, size=24):
     """A photo of the ball with 1.3 times its size."""
     scene = build(made.read()).with_vertices("Ball", 1.3 * vertices_of(item))
-    film = native.core().render(scene, "Camera", 24, 24, 512, seed=99)
+    film = native.core().render(scene, "Camera", size, size, 512, seed=99)
     native.image().write_exr(str(folder / "photo.exr"), film.image)
     return str(folder / "photo.exr")
 
@@ -126,13 +126,14 @@ def _problems(request):
 
 def test_a_shape_and_a_colour_take_turns(tmp_path, capsys):
     item = ball()
+    start = vertices_of(item)
     colour = f"{item.data.materials[0].name}:base_color"
     made.socket(item.data.materials[0], "base_color").default_value = (0.2, 0.3, 0.4, 1.0)
     photo = photo_of_larger(item, tmp_path)
     made.socket(item.data.materials[0], "base_color").default_value = (0.1, 0.1, 0.1, 1.0)
     status, report, _ = command(
         capsys, "fit", made.save(tmp_path / "scene.blend"), "--fit", NAME, "--fit", colour,
-        "--photo", f"Camera={photo}", "--height", "24", "--threads", "1", "--iterations", "24",
+        "--photo", f"Camera={photo}", "--height", "24", "--threads", "1", "--iterations", "40",
         "--spp", "8", "--out", str(tmp_path / "out"),
     )  # fmt: skip
     assert status == 0, report
@@ -147,15 +148,15 @@ def test_a_shape_and_a_colour_take_turns(tmp_path, capsys):
     np.testing.assert_allclose(fitted["value"], (0.2, 0.3, 0.4), atol=0.03)
     assert fitted["interval_90"] is not None
     found = np.load(f"{report['folder']}/Ball_vertex_positions.npy")
-    outline = np.abs(vertices_of(item)[:, 2]) < 0.2
+    outline = np.abs(start[:, 2]) < 0.2
     assert np.linalg.norm(found[outline][:, :2], axis=1).max() == pytest.approx(0.65, abs=0.05)
 
 
 def test_masks_say_where_the_outline_is(tmp_path, capsys):
     """The mask hides all but the inside of the object: it alone tells how large that is."""
     item = ball()
-    photo = photo_of_larger(item, tmp_path)
-    scene = build(made.read()).with_vertices("Ball", 1.3 * vertices_of(item))
+    start, photo = vertices_of(item), photo_of_larger(item, tmp_path, 96)
+    scene = build(made.read()).with_vertices("Ball", 1.3 * start)
     seen = native.core().render(scene, "Camera", 96, 96, 16, seed=3).image[..., :1]
     world = float(seen[0, 0, 0])
     mask = str(tmp_path / "mask.png")
@@ -167,12 +168,12 @@ def test_masks_say_where_the_outline_is(tmp_path, capsys):
     )
     status, report, _ = command(
         capsys, "fit", made.save(tmp_path / "scene.blend"), "--fit", NAME,
-        "--captures", str(captures), "--height", "24", "--threads", "1", "--iterations", "40",
+        "--captures", str(captures), "--height", "24", "--threads", "1", "--iterations", "100",
         "--spp", "8", "--out", str(tmp_path / "out"),
     )  # fmt: skip
     assert status == 0, report
     found = np.load(f"{report['folder']}/Ball_vertex_positions.npy")
-    outline = np.abs(vertices_of(item)[:, 2]) < 0.2
+    outline = np.abs(start[:, 2]) < 0.2
     assert np.linalg.norm(found[outline][:, :2], axis=1).max() == pytest.approx(0.65, abs=0.05)
 
 

@@ -9,12 +9,12 @@ import math
 import os
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Coroutine, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import gui_test
-from native_tests import run_native
+from native_tests import NativeSuite
 from process import BUILD, PYTHON, ROOT, Failed, alone, run_limited, say, side_by_side
 from tally import REPORTS, Tally, keep_durations, last_durations, read_report
 
@@ -67,15 +67,17 @@ def _run_suites(options: argparse.Namespace) -> int:
     wanted = [name for name in SUITES if _is_wanted(name, options)]
     tallies = {}
     lines = []
-    if "native" in wanted:
-        say("tests: native")
-        tallies["native"] = run_native(options)
-        seconds = time.monotonic() - started
-        lines.append(f"{'native':<10} {tallies['native'].line()} in {seconds:.0f} s")
+    beside = [name for name in wanted if name != "window"]
+    if beside:
+        say(f"tests: {', '.join(beside)}")
+    native = NativeSuite(options) if "native" in wanted else None
     with_pytest = [name for name in wanted if name in PYTEST_SUITES]
-    if with_pytest:
-        say(f"tests: {', '.join(with_pytest)}")
-    ended = _run_side_by_side([run for name in with_pytest for run in PYTEST_SUITES[name](options)])
+    runs = [run for name in with_pytest for run in PYTEST_SUITES[name](options)]
+    ended = _run_side_by_side(runs, native)
+    if native is not None:
+        tallies["native"] = native.tally()
+        took = f"its tests took {native.seconds:.0f} s"
+        lines.append(f"{'native':<10} {tallies['native'].line()}; {took}")
     for name in with_pytest:
         own = [item for item in ended if item.run.suite == name]
         keep_durations(name, {item.run.name: item.seconds for item in own})
@@ -202,17 +204,26 @@ def _blender_files(options: argparse.Namespace) -> list[Path]:
     return sorted((ROOT / "blender_tests").glob("test_*.py"))
 
 
-def _run_side_by_side(runs: list[Run]) -> list[Ended]:
-    """All processes, those that take longest first: no core waits for the end of a suite."""
+def _run_side_by_side(runs: list[Run], native: NativeSuite | None) -> list[Ended]:
+    """All processes, those that take longest first: no core waits for the end of a suite. What
+    never ran may take long."""
     known = {suite: last_durations(suite) for suite in {run.suite for run in runs}}
+    ended: list[Ended] = []
 
-    def expected(run: Run) -> tuple[float, bool]:  # what never ran may take long
-        return known[run.suite].get(run.name, math.inf), run.is_slow
+    async def keep(run: Run) -> None:
+        ended.append(await _pytest(run))
 
-    async def run_all() -> list[Ended]:
-        return await side_by_side(_pytest(run) for run in sorted(runs, key=expected, reverse=True))
+    jobs: list[tuple[tuple[float, bool], Coroutine[None, None, None]]] = [
+        ((known[run.suite].get(run.name, math.inf), run.is_slow), keep(run)) for run in runs
+    ]
+    jobs += [((seconds, False), job) for seconds, job in (native.jobs() if native else ())]
+    jobs.sort(key=lambda item: item[0], reverse=True)
 
-    return asyncio.run(run_all())
+    async def run_all() -> None:
+        await side_by_side(job for _, job in jobs)
+
+    asyncio.run(run_all())
+    return ended
 
 
 def _pytest_words(options: argparse.Namespace, marker: str = "") -> tuple[str, ...]:

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
         FoundStage = _core.FoundStage
         Search = _core.Search
         ModelError = _core.ModelError
+        ShapeSteps = _core.ShapeSteps
         FitResult = _core.FitResult
         Stage = _core.Stage
         Fit = _core.Fit

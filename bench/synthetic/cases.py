@@ -31,7 +31,7 @@ COATED = ("coat",)
 BY_ALPHA = ("thesis-medium-alpha",)
 #: The dragon as it was: the base colour is an image, unknown beside the scalars of `thesis-camera`.
 TEXTURED = ("thesis-texture",)
-#: Random bodies whose base colour is that image; their transmissions spread from 0 to 1 over five seeds.
+#: Random bodies whose base colour is that image; transmissions spread from 0 to 1 over five seeds.
 PATTERNED = ("patterned",)
 #: Kinds of cases; those of the default run are KINDS. Random numbers go by the place of a kind.
 ALL_KINDS = (*KINDS, *FAILURES, *HARD, *COATED, *BY_ALPHA, *TEXTURED, *PATTERNED)

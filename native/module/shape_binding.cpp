@@ -21,7 +21,9 @@ py::array_t<float> vertices(const Scene& scene, const std::string& object) {
   for (py::ssize_t v = 0; v < own.shape(0); ++v) {
     const Vec3d p =
         geometry.to_object(instance).point(Vec3d(positions[static_cast<std::size_t>(v)]));
-    for (int axis = 0; axis < 3; ++axis) own.mutable_at(v, axis) = static_cast<float>(p[axis]);
+    own.mutable_at(v, 0) = static_cast<float>(p.x);
+    own.mutable_at(v, 1) = static_cast<float>(p.y);
+    own.mutable_at(v, 2) = static_cast<float>(p.z);
   }
   return own;
 }

@@ -172,6 +172,7 @@ def _add_probe(commands: argparse._SubParsersAction) -> None:
 
 def _add_fit(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "fit", ".commands.fit")
+    parser.set_defaults(checks_lights=True)
     add = parser.add_argument
     scene = "a .blend file, or the run.json of an earlier fit; with --resume it may be left out"
     add("scene", metavar="SCENE", nargs="?", help=scene)

@@ -81,8 +81,8 @@ def prepare(
     requests = request.unknowns or tuple(usual_requests(values, problems))
     values.physical_refraction = request.settings.physical_refraction
     values = with_colours(values, requests, request.stages, warnings)
-    unknowns = choose(values, single, request.settings, problems, warnings)
     single, many = all_fields.split(requests)
+    unknowns = choose(values, single, request.settings, problems, warnings)
     names = [all_fields.name_of(values, item) for item in requests]
     asked = shape_apart.apart(names, request.stages, request.settings.iterations, warnings)
     wanted = stage_plan.named(values, asked, problems)
@@ -90,7 +90,7 @@ def prepare(
     fields = all_fields.choose(values, many, fitted_with, request.settings, problems)
     fields = stage_plan.starting_at_colour(fields, unknowns, problems)
     warnings += all_fields.remarks(fields, unknowns)
-    warnings += vertex_positions.remarks(fields, request.settings)
+    warnings += vertex_positions.remarks(fields, request.settings, request.captures)
     if not wanted and any(item.kind.is_shape for item in fields):
         request = replace(request, settings=vertex_positions.with_loss(request.settings))
     names = [*(item.name for item in unknowns), *(item.name for item in fields)]

@@ -42,6 +42,15 @@ void add(const std::vector<Vec3d>& vertices, double share, VertexMatrix& gradien
   }
 }
 
+/// Over the pixels that count.
+double mean_square(const Picture& picture, const Photo& photo) {
+  double sum = 0;
+  for (std::size_t p = 0; p < picture.size(); ++p)
+    for (int c = 0; c < 3; ++c)
+      if (photo.weight[p] > 0) sum += photo.share(p) * square(static_cast<double>(picture[p][c]));
+  return sum;
+}
+
 }  // namespace
 
 ShapeDescent::ShapeDescent(const FitRun& run, ShapeDescentOptions options)
@@ -85,7 +94,7 @@ Vector ShapeDescent::own_positions() const {
   return own;
 }
 
-HistoryRow ShapeDescent::observe(FitRun& run, VertexMatrix& gradient) const {
+HistoryRow ShapeDescent::observe(FitRun& run, VertexMatrix& gradient) {
   const FitSettings& settings = problem_->settings();
   const std::vector<Photo>& photos = problem_->photos();
   const double share = 1.0 / static_cast<double>(photos.size());
@@ -101,6 +110,9 @@ HistoryRow ShapeDescent::observe(FitRun& run, VertexMatrix& gradient) const {
           LossResult loss = evaluate_loss(problem_->scalars(), i, film);
           row.loss += share * loss.unbiased;
           row.mean_bias += mean_bias(film, photos[i]) * share;
+          if (brightness_.size() == i)
+            brightness_.push_back(std::max(mean_square(photos[i].reference, photos[i]),
+                                           mean_square(film.mean, photos[i])));
           return std::move(loss.slope);
         },
         how);
@@ -114,14 +126,10 @@ HistoryRow ShapeDescent::observe(FitRun& run, VertexMatrix& gradient) const {
 void ShapeDescent::observe_outline(FitRun& run, const Scene& here, std::size_t index,
                                    const Evaluation& how, VertexMatrix& gradient) const {
   const Photo& photo = problem_->photos()[index];
-  double shown = 0, brightness = 0;
-  for (std::size_t p = 0; p < photo.coverage.size(); ++p) {
-    shown += photo.coverage[p];
-    for (int c = 0; c < 3; ++c)
-      brightness += photo.share(p) * square(static_cast<double>(photo.reference[p][c]));
-  }
+  double shown = 0;
+  for (const float share : photo.coverage) shown += share;
   if (!(shown > 0)) return;
-  const auto factor = static_cast<float>(2 * options_.outline * brightness / shown);
+  const auto factor = static_cast<float>(2 * options_.outline * brightness_[index] / shown);
   const CoverageGradient found = run.evaluator.coverage_gradient(
       here, vertices_, photo,
       [&](const std::vector<float>& coverage) {
@@ -205,7 +213,7 @@ double ShapeDescent::fraction() const {
 
 void ShapeDescent::members(SavedState& state) {
   const Eigen::Index count = positions_.rows();
-  state(positions_, coordinates_, mean_, squares_, done_);
+  state(positions_, coordinates_, mean_, squares_, brightness_, done_);
   if (positions_.rows() != count)
     throw Refused("",
                   "The saved state is of a mesh with " + std::to_string(positions_.rows()) +

@@ -19,8 +19,8 @@ struct ShapeDescentOptions {
   /// lambda of MeshSmoothing for each vertex: the same part of the surface moves together, however
   /// fine the mesh is.
   double smoothness = 0.01;
-  /// Of the squared error of the outline, where masks say it, beside that of the picture, in squares
-  /// of the photo's brightness.
+  /// Of the squared error of the outline, where masks say it, beside that of the picture, in mean
+  /// squares of the photo or the first picture, whichever is larger.
   double outline = 1;
 };
 
@@ -43,7 +43,7 @@ class ShapeDescent final : public Phase {
 
  private:
   /// The loss at the present vertices and its gradient, as a row of the history.
-  HistoryRow observe(FitRun& run, VertexMatrix& gradient) const;
+  HistoryRow observe(FitRun& run, VertexMatrix& gradient);
   /// Adds the gradient by the outline in a photo, where its masks say what it should be.
   void observe_outline(FitRun& run, const Scene& here, std::size_t photo, const Evaluation& how,
                        VertexMatrix& gradient) const;
@@ -65,7 +65,8 @@ class ShapeDescent final : public Phase {
   double size_ = 0;                       ///< diagonal of the box at the start
 
   VertexMatrix positions_, coordinates_;
-  VertexMatrix mean_, squares_;  ///< moments of the gradient
+  VertexMatrix mean_, squares_;     ///< moments of the gradient
+  std::vector<double> brightness_;  ///< by which outlines are weighed, of each photo
   int done_ = 0;
 };
 

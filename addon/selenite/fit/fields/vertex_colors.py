@@ -56,10 +56,10 @@ class VertexColorsUnknown(SurfaceUnknown):
         own = self.attribute
         entry, stored = (own, shown), (own, self.start, self.elements)
         colors = tuple(entry if item[0] == own else item for item in mesh.colors)
-        held = tuple(stored if item[0] == own else item for item in mesh.stored_colors)
+        of_fit = tuple(stored if item[0] == own else item for item in mesh.stored_colors)
         if own not in {name for name, _ in mesh.colors}:
-            colors, held = (*colors, entry), (*held, stored)
-        mesh = replace(mesh, colors=colors, stored_colors=held)
+            colors, of_fit = (*colors, entry), (*of_fit, stored)
+        mesh = replace(mesh, colors=colors, stored_colors=of_fit)
         meshes = [mesh if i == self.mesh else item for i, item in enumerate(scene.meshes)]
         materials = [
             replace(item, maps=item.maps | {"base_color": MapValues(None, own)})

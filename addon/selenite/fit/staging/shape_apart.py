@@ -64,7 +64,7 @@ def _turns(stage: StageRequest, iterations: int) -> list[StageRequest]:
     """The rest comes last: its intervals are those at the final shape."""
     few = max(_FEWEST, round(_SHARE * (stage.iterations or iterations)))
     rest = tuple(name for name in stage.parameters if not is_shape(name))
-    found = []
+    found: list[tuple[str, tuple[str, ...]]] = []
     for turn in range(1, _TURNS + 1):
         for name in stage.parameters:
             if is_shape(name):
