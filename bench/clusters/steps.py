@@ -1,39 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`./dev bench cluster`: what workers cost and bring in a step of a fit.
-
-The demo scene with photos of our own. Measures a step in one process, with one worker and with two
-(one thread each), and the times of its parts in one process: of each picture, and of what the fit
-does with it. From these parts it predicts a step for one to 256 workers with modelled links.
-Status 1 where one worker costs more than the limit, or the prediction for two is off by more.
-"""
+"""What `./dev bench cluster` measures and prints."""
 
 from __future__ import annotations
 
 import argparse
-import heapq
 import statistics
-import sys
 import time
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench"), str(ROOT / "scenes")]
+import numpy as np
 
-import numpy as np  # noqa: E402
+from selenite import native
+from selenite.capture.prepared import Capture
+from selenite.fit.cluster.address import Address
+from selenite.fit.cluster.opened import opened
+from selenite.fit.cluster.parcel import parcel_of
+from selenite.fit.cluster.scheduler import connected
+from selenite.fit.cluster.workers import ClusterWorkers
+from selenite.fit.job import FitJob
+from selenite.fit.plan import FitPlan, build_scene, prepare
+from selenite.fit.request import RunRequest, UnknownRequest
+from selenite.fit.settings import FitSettings
 
-from selenite import native  # noqa: E402
-from selenite.capture.prepared import Capture  # noqa: E402
-from selenite.fit.cluster.address import Address  # noqa: E402
-from selenite.fit.cluster.opened import opened  # noqa: E402
-from selenite.fit.cluster.parcel import parcel_of  # noqa: E402
-from selenite.fit.cluster.scheduler import connected  # noqa: E402
-from selenite.fit.cluster.workers import ClusterWorkers  # noqa: E402
-from selenite.fit.job import FitJob  # noqa: E402
-from selenite.fit.plan import FitPlan, build_scene, prepare  # noqa: E402
-from selenite.fit.request import RunRequest, UnknownRequest  # noqa: E402
-from selenite.fit.settings import FitSettings  # noqa: E402
+from .model import Model, Parts
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -92,15 +81,6 @@ def step_seconds(plan: FitPlan, steps: int, workers: object = None) -> float:
     return (end - begin) / steps
 
 
-@dataclass
-class Parts:
-    """A question: seconds to answer it, and bytes of both."""
-
-    seconds: float
-    sent: int
-    received: int
-
-
 class Here:
     """Workers of this process, which answer when they are asked for: the times of the parts."""
 
@@ -125,44 +105,6 @@ class Here:
 
     def forget(self, _number: int) -> None:
         """They have not begun."""
-
-
-@dataclass
-class Model:
-    """Steps as batches of pictures, each of which ends before the next begins. each: seconds of the
-    fit for a picture. way, asking: seconds of a question to a worker and back, and those of them
-    that keep the fit from other work."""
-
-    batches: list[list[Parts]]
-    steps: int
-    each: float
-    way: float
-    asking: float
-
-    def step(self, workers: int, bandwidth: float = np.inf, latency: float = 0.0) -> float:
-        """Mean seconds with so many workers of a thread each; photos go to whoever is free first,
-        all bytes over the one link of the fit."""
-        ends = (self._end(batch, workers, bandwidth, latency) for batch in self.batches)
-        return sum(ends) / self.steps
-
-    def _end(self, batch: list[Parts], workers: int, bandwidth: float, latency: float) -> float:
-        free = [0.0] * workers
-        asked = link = now = len(batch) * self.asking
-        arrivals = []
-        for index, picture in enumerate(batch):
-            asked = (index + 1) * self.asking + picture.sent / bandwidth
-            begin = max(heapq.heappop(free), asked + self.way / 2 + latency)
-            heapq.heappush(free, begin + picture.seconds)
-            arrivals.append((begin + picture.seconds, picture.received))
-        for done, size in arrivals:  # they are wanted in this order
-            link = max(link, done) + size / bandwidth
-            now = max(now, link + latency + self.way / 2) + self.each
-        return now
-
-    def of_photos(self, photos: int) -> Model:
-        """The same of so many photos."""
-        batches = [(one * -(-photos // len(one)))[:photos] for one in self.batches]
-        return Model(batches, self.steps, self.each, self.way, self.asking)
 
 
 def parts_of(plan: FitPlan, steps: int) -> tuple[float, list[list[Parts]], float]:
@@ -197,9 +139,9 @@ def way_of(client: Client, size: int) -> tuple[float, float]:
     return statistics.median(asked(1) for _ in range(9)), asked(64) / 64
 
 
-def main() -> int:
-    """Prints the tables."""
-    asked = argparse.ArgumentParser(prog="./dev bench cluster", description=__doc__)
+def main(about: str) -> int:
+    """Prints the tables. about: of the bench."""
+    asked = argparse.ArgumentParser(prog="./dev bench cluster", description=about)
     add = asked.add_argument
     add("--photos", type=int, default=8, help="(%(default)s)")
     add("--height", type=int, default=96, help="pixels of the photos (%(default)s)")
@@ -254,7 +196,3 @@ def main() -> int:
                 cells.append(f"{one / of.step(count, bandwidth, latency):.1f}")
             print(f"| {count} | {' | '.join(cells)} |")
     return int(wrong)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -74,15 +74,10 @@ class ClusterWorkers:
         self._silent: set[str] = set()  # workers that are not asked any more
         self._paces: deque[float] = deque(maxlen=99)  # seconds for a unit of work
         self._lost_since: float | None = None  # the scheduler, by the clock
-        known = _workers(client)
-        if not known:
-            raise BadInput(Problem("Cluster", "it has no worker", "start one with dask worker"))
-        hosts = [str(about["host"]) for about in known.values()]
-        processes = max(hosts.count(host) for host in hosts)
+        processes, self.busy_with = share_of(client)
         self._share = Share(parcel.digest, processes, threads)
-        self.busy_with = sum(int(about["nthreads"]) for about in known.values())
         self._data = self._sent()
-        self._compare(list(known))
+        self._compare(list(_workers(client)))
 
     def ask(self, question: bytes, work: float) -> int:
         """Hands on a question of so much work; returns at once."""
@@ -205,6 +200,17 @@ class ClusterWorkers:
                 "the scheduler does not answer; start it again, and go on with --resume"
             )
         return False
+
+
+def share_of(client: Client) -> tuple[int, int]:
+    """Workers of a machine at most, and how many tasks all of them take at once. Raises
+    BadInput."""
+    known = _workers(client).values()
+    if not known:
+        raise BadInput(Problem("Cluster", "it has no worker", "start one with dask worker"))
+    hosts = [str(about["host"]) for about in known]
+    at_once = sum(int(about["nthreads"]) for about in known)
+    return max(hosts.count(host) for host in hosts), at_once
 
 
 def _workers(client: Client) -> dict[str, dict]:
