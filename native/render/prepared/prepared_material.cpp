@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "render/prepared/mapped_color.h"
+#include "scene/shader/modes.h"
 
 namespace selenite {
 namespace {
