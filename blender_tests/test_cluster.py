@@ -98,7 +98,7 @@ def plain(plan):
     return ended(job)
 
 
-def started(plan, client, say=lambda _: None, soonest=2.0):
+def started(plan, client, say=lambda _: None, soonest=60.0):
     workers = ClusterWorkers(client, parcel_of(plan), say=say, soonest=soonest)
     job = FitJob(plan, workers=workers)
     job.start()
@@ -141,7 +141,7 @@ def test_a_worker_that_is_killed_is_replaced(captured):
 def test_a_worker_that_hangs_is_left_alone(captured):
     plan, said = plan_of(captured, iterations=30), []
     with cluster() as client:
-        job = started(plan, client, said.append)
+        job = started(plan, client, said.append, soonest=5.0)
         wait_for(job, 3)
         pid = next(iter(client.run(os.getpid).values()))
         os.kill(pid, signal.SIGSTOP)

@@ -141,7 +141,7 @@ class Batch:
             self._write()
 
     def _taken(self, one: _Running) -> Ended:
-        status = one.process.returncode
+        status = one.process.poll() or 0
         try:
             found = read_json(Path(one.place.name) / "out")
         except ValueError:

@@ -11,7 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from ...messages import thing
 from ...problems import BadInput, Problem, listed
@@ -20,6 +20,7 @@ from .worker import Share
 
 if TYPE_CHECKING:
     from distributed import Client, Future
+    from tornado.platform.asyncio import BaseAsyncIOLoop
 
     from .parcel import Parcel
 
@@ -130,7 +131,8 @@ class ClusterWorkers:
         async def fetch() -> object:
             return await self._client.gather(task, asynchronous=True)
 
-        fetched = asyncio.run_coroutine_threadsafe(fetch(), self._client.loop.asyncio_loop)
+        loop = cast("BaseAsyncIOLoop", self._client.loop).asyncio_loop
+        fetched = asyncio.run_coroutine_threadsafe(fetch(), loop)
         return task, fetched, time.monotonic()
 
     def _sent(self) -> Future:
