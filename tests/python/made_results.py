@@ -23,14 +23,16 @@ def made_fit(found: Mapping[str, Any] | None = None) -> Any:
     core, given = native.core(), dict(found or {})
     report = dict(given.pop("report", {}))
     report["parameters"] = {
-        name: _made(core.ParameterConfidence, row)
+        name: _made(
+            core.ParameterConfidence, {"samples_factor": [0.0] * len(row["determined"])} | dict(row)
+        )
         for name, row in report.get("parameters", {}).items()
     }
     report["weak_directions"] = [
         _made(core.WeakDirection, row) for row in report.get("weak_directions", ())
     ]
     report["misfit"] = _made(core.Misfit, EXPLAINED | report.get("misfit", {}))
-    nothing = {"passes": 0, "alternative_minima": [], "ambiguous": []}
+    nothing = {"passes": 0, "spp": 0, "alternative_minima": [], "ambiguous": []}
     photo = {
         "residual_rms": 0.0, "unexplained": 0.0, "shift": None, "gain": None,
         "gain_interval_90": None,
