@@ -62,8 +62,8 @@ def ours(case, options):
         time.sleep(_POLL)
     job.join()
     note()
-    if error := job.result().error:
-        raise RuntimeError(f"{case.name}: {error}")
+    if problems := job.result().problems:
+        raise RuntimeError(f"{case.name}: {'; '.join(item.cause for item in problems)}")
     return {"seconds": seconds, "errors": errors}
 
 

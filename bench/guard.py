@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`./dev bench guard`: whether fits got slower or worse, beside the last record.
 
-The race with Mitsuba (ratios of CPU time), and default fits of ten bodies to photos by Cycles with
+The race with Mitsuba (CPU times, ratios), and default fits of ten bodies to photos by Cycles with
 three seeds each, through the command line. Photos are made once and kept. One table: errors,
 intervals that hold, values left open, CPU seconds, in brackets what `guard/recorded.csv` has of the
 same kind of processor. A loss of more than 10 % beyond the spread of the seeds is named: status 1.

@@ -1,16 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`./dev bench stages`: fits all at once against fits in stages, chosen or given.
+"""`./dev bench stages`: fits all at once against fits in stages.
 
 The demo with the photos that Cycles took, and cases of `./dev bench fit` with photos of our own.
-Prints CPU seconds, those of choosing apart, the root mean square error of each parameter over the
-seeds, and how often which choice was made.
+Prints CPU seconds and the root mean square error of each parameter over the seeds.
 """
 
 from __future__ import annotations
 
 import sys
-import time
-from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,14 +17,13 @@ sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench"), str(ROOT / "scenes")]
 import numpy as np  # noqa: E402
 from synthetic import subjects  # noqa: E402
 
-from selenite.advice.information.conditioning import StageChoice  # noqa: E402
 from selenite.capture.prepared import Capture, read_captures  # noqa: E402
 from selenite.fit.plan import FitPlan  # noqa: E402
 from selenite.fit.request import RunRequest  # noqa: E402
 from selenite.fit.settings import FitSettings  # noqa: E402
 from selenite.fit.staging import plan as stage_plan  # noqa: E402
 from selenite.fit.staging.plan import Stage  # noqa: E402
-from selenite.fit.staging.request import AUTO, stages_by_name  # noqa: E402
+from selenite.fit.staging.request import stages_by_name  # noqa: E402
 
 _LONGER = 1.5
 
@@ -47,11 +43,6 @@ def staged(plan: FitPlan, how: str) -> FitPlan:
     """how: "" for all at once, or a name that --stages knows."""
     if not how:
         return plan
-    if how == AUTO:
-        choice = StageChoice(plan, lambda request: in_stages(plan, request))
-        for _ in choice.steps():
-            pass
-        return choice.plan
     names = [item.name for item in plan.unknowns]
     found = stages_by_name(how, names, plan.request.settings.iterations, [])
     return in_stages(plan, replace(plan.request, stages=found))
@@ -78,13 +69,9 @@ def measure(name: str, how: str, settings: FitSettings, seeds: int) -> None:
     captures = captures_of(name, subject, settings.height)
     truth = subject.plan(subject.true, captures, settings)
     off: dict[str, list[float]] = {item.name: [] for item in truth.unknowns}
-    seconds, chosen, why = [], [], Counter[str]()
+    seconds = []
     for seed in range(seeds):
-        plan = subject.plan(subject.start, captures, replace(settings, seed=seed))
-        begin = time.process_time()
-        plan = staged(plan, how)
-        chosen.append(time.process_time() - begin)
-        why[plan.request.staging] += 1
+        plan = staged(subject.plan(subject.start, captures, replace(settings, seed=seed)), how)
         result, sizes = subjects.fit(plan, truth)
         seconds.append(result.cpu_seconds)
         for item, size in sizes.items():
@@ -95,14 +82,12 @@ def measure(name: str, how: str, settings: FitSettings, seeds: int) -> None:
         for name, sizes in off.items()
     )
     words = f"{how or 'all at once'}, {settings.iterations}"
-    cpu = f"{np.mean(seconds):.1f} + {np.mean(chosen):.1f} CPU s"
-    choices_made = "; ".join(f"{count} x {text}" for text, count in why.items() if text)
-    print(f"{name}: {words}: {cpu}  {errors}  {choices_made}", flush=True)
+    print(f"{name}: {words}: {np.mean(seconds):.1f} CPU s  {errors}", flush=True)
 
 
 def main() -> int:
     parser = subjects.parser("stages", __doc__, ("demo", "half-0", "glass-2"), seeds=6)
-    named = "ior-last,colours-first,auto"
+    named = "ior-last,colours-first"
     parser.add_argument("--stages", default=named, help="in addition to all at once (%(default)s)")
     parser.add_argument("--only-stages", action="store_true", help="nothing all at once")
     options = parser.parse_args()

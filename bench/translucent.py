@@ -5,7 +5,9 @@ Cycles photographs a bumpy cube of 60 units, rough glass over a medium that scat
 cameras, 28 places of a small lamp, one on at a time, a dark background. `selenite fit` fits some of
 the photos by each model, from a scene whose lamp and cameras are a little wrong, and `selenite
 render` shows the others. A row for each model: relative RMSE of these inside the mask, without the
-noise of photos and renders, and the time of the fit.
+noise of photos and renders, and the time of the fit. With --patterned the albedo of the true medium
+is a marbled grid; the model `true` is that body in the scene of the fits, which nothing is fitted
+of, and `auto` is `selenite fit --model auto`.
 """
 
 from __future__ import annotations
@@ -37,6 +39,9 @@ from selenite import native  # noqa: E402
 from selenite.capture.views import eroded  # noqa: E402
 from selenite.cli import main as selenite  # noqa: E402
 from selenite.cycles_check.render_settings import set_comparison  # noqa: E402
+from selenite.scene_read.scene import read_scene  # noqa: E402
+from selenite.scene_read.values import GridValues  # noqa: E402
+from selenite.write_back import grids as grid_objects  # noqa: E402
 
 _CAMERAS, _LAMPS = 18, 28
 _SIZE, _CAMERA_AWAY, _LAMP_AWAY = 60.0, 363.0, 300.0  # units
@@ -50,6 +55,10 @@ MODELS = {
     "medium": "Body:extinction,albedo,roughness",
 }
 _START_DENSITY = 0.05
+#: The model that `selenite fit --model` finds, and the true one.
+CHAIN, TRUE = "auto", "true"
+#: Voxels along a side of the pattern, and the albedo of its dark veins.
+_VOXELS, _VEINS = 32, (0.93, 0.75, 0.5)
 
 
 @dataclass(frozen=True)
@@ -124,10 +133,35 @@ def _fill(roughness: float, density: float, colour: Sequence[float], anisotropy:
     body.node_tree.links.new(node.outputs[0], body.node_tree.get_output_node("ALL").inputs[1])
 
 
-def photograph(folder: Path, count: int, width: int, samples: int) -> list[Capture]:
+def _true_body(folder: Path, *, patterned: bool) -> None:
+    """Makes the body what the photos show."""
+    _fill(_ROUGHNESS, _DENSITY, _COLOUR, _ANISOTROPY)
+    if not patterned:
+        return
+    at = np.linspace(-1, 1, _VOXELS)
+    z, y, x = np.meshgrid(at, at, at, indexing="ij")
+    bent = x + 0.4 * np.sin(4 * y + 1) + 0.3 * np.sin(5 * z)
+    veins = (0.5 + 0.5 * np.sin(6 * bent))[..., None] ** 2
+    albedo = (np.array(_COLOUR) * (1 - veins) + np.array(_VEINS) * veins).astype(np.float32)
+    values = read_scene(bpy.context.scene)
+    corners = np.array([bpy.data.objects["Cube"].matrix_world @ Vector(c) for c in _corners()])
+    low, high = corners.min(0), corners.max(0)
+    to_unit = np.eye(4)
+    to_unit[:3, :3], to_unit[:3, 3] = np.diag(1 / (high - low)), -low / (high - low)
+    grid = GridValues("pattern", albedo, to_unit)
+    grid_objects.show(bpy.context.scene, values, "Body", {"albedo": grid}, folder)
+
+
+def _corners() -> Any:  # noqa: ANN401
+    return bpy.data.objects["Cube"].bound_box
+
+
+def photograph(
+    folder: Path, count: int, width: int, samples: int, *, patterned: bool
+) -> list[Capture]:
     """Photos of the true body; cameras stand beside where the scenes of the fits have them."""
     scene = _scene(width)
-    _fill(_ROUGHNESS, _DENSITY, _COLOUR, _ANISOTROPY)
+    _true_body(folder, patterned=patterned)
     draw = np.random.default_rng(1)
     lamps = _places(_LAMPS, _LAMP_AWAY, 1.0)
     captures = []
@@ -209,26 +243,37 @@ def examine(
     bpy.data.lights["Lamp"].energy *= _LAMP_FAULT
     if model.startswith("medium"):
         _fill(0.3, _START_DENSITY, (0.9, 0.9, 0.9), _ANISOTROPY)
+    if model == TRUE:
+        _true_body(folder, patterned=options.patterned)
     scene.camera = bpy.data.objects["Camera 0"]
     start, fitted = folder / f"{model}.blend", folder / f"{model}_fitted.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(start))
     unseen = list(captures)[options.fit :]
     listed = list_captures(folder / "fit.json", list(captures)[: options.fit])
-    begin = time.monotonic()
+    if model == TRUE:
+        error = error_of_unseen(start, unseen, options.samples, folder)
+        print(f"| {model} | {error:.3f} | | | |", file=table, flush=True)
+        return
+    begin, cpu = time.monotonic(), time.process_time()
+    what = ("--model", f"Body:{model}") if model == CHAIN else ("--fit", MODELS[model])
     result = _selenite(
-        "fit", str(start), "--fit", MODELS[model], "--captures", str(listed), "--out",
+        "fit", str(start), *what, "--captures", str(listed), "--out",
         str(folder / "fits"), "--save", str(fitted), "--height", str(options.height), *more,
     )  # fmt: skip
-    seconds = time.monotonic() - begin
+    seconds, cpu = time.monotonic() - begin, time.process_time() - cpu
     error = error_of_unseen(fitted, unseen, options.samples, folder)
     numbers = "; ".join(
         f"{name.partition(':')[2]} {np.round(entry['value'], 4).tolist()}"
         for name, entry in result["parameters"].items()
     )
     print(
-        f"| {model} | {error:.3f} | {seconds:.0f} | {result['cpu_seconds']:.0f} | {numbers} |",
+        f"| {model} | {error:.3f} | {seconds:.0f} | {cpu:.0f} | {numbers} |",
         file=table, flush=True,
     )  # fmt: skip
+    for row in result.get("models", ()):
+        off = "hidden by noise" if row["held_out"] is None else f"{row['held_out']:.3f}"
+        end = "kept" if row["kept"] else "left"
+        print(f"  {row['model']}: {off}, {row['cpu_seconds']:.0f} s, {end}", file=table, flush=True)
     for line in result["warnings"]:
         print(f"  {line}", file=table, flush=True)
 
@@ -241,7 +286,11 @@ def main() -> int:
     asked.add_argument("--width", type=int, default=109, help="of the photos (%(default)s)")
     asked.add_argument("--samples", type=int, default=256, help="of photos, renders (%(default)s)")
     asked.add_argument("--height", type=int, default=72, help="of the fits (%(default)s)")
-    asked.add_argument("--models", nargs="+", default=["constant", "opaque", "medium"])
+    asked.add_argument(
+        "--models", nargs="+", default=["constant", "opaque", "medium"],
+        choices=[*MODELS, CHAIN, TRUE],
+    )  # fmt: skip
+    asked.add_argument("--patterned", action="store_true", help="the medium's albedo is marbled")
     asked.add_argument(
         "--folder", help="kept; a run with the same size and samples takes its photos"
     )
@@ -252,7 +301,9 @@ def main() -> int:
         folder = Path(options.folder or place)
         folder.mkdir(exist_ok=True)
         begin = time.monotonic()
-        captures = photograph(folder, options.photos, options.width, options.samples)
+        captures = photograph(
+            folder, options.photos, options.width, options.samples, patterned=options.patterned
+        )
         print(f"{len(captures)} photos in {time.monotonic() - begin:.0f} s\n", file=table)
         print(
             "| model | held out | seconds | CPU seconds | found |\n|---|---|---|---|---|",

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """pytest inside bpy: the add-on on the path, a new empty scene for every test."""
 
+import importlib
 import sys
 from pathlib import Path
 
@@ -41,6 +42,16 @@ def lit_ball(tmp_path):
     made.studio(base_color=(0.2, 0.6, 0.4), roughness=0.5)
     made.light("Key Light", energy=200)
     return made.save(tmp_path / "scene.blend")
+
+
+@pytest.fixture
+def small_panoramas(monkeypatch):
+    """A quarter of the columns and rows of a world that Cycles evaluates: for what has no details.
+    Two million pixels take longer than all else of a test."""
+    module = importlib.import_module("selenite.scene_read.shading.panorama.evaluate")
+    for name in ("SIZE", "DETAILED"):
+        width, height = getattr(module, name)
+        monkeypatch.setattr(module, name, (width // 4, height // 4))
 
 
 @pytest.fixture

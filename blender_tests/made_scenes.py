@@ -106,6 +106,8 @@ def world(color=(0.5, 0.5, 0.5), strength=1.0):
     node = next(n for n in made.node_tree.nodes if n.bl_idname == "ShaderNodeBackground")
     node.inputs["Color"].default_value = (*color, 1.0)
     node.inputs["Strength"].default_value = strength
+    # Else Cycles draws light from a map of 8 million pixels of a generated image, in each render.
+    made.cycles.sampling_method, made.cycles.sample_map_resolution = "MANUAL", 256
     bpy.context.scene.world = made
     return made
 

@@ -146,8 +146,6 @@ def make(case, size, segments=48):
     if case.scene == "sky":
         world = made.world()
         made.environment(world, _sky())
-        # The map of a generated image is made of 8 million pixels otherwise, in each render.
-        world.cycles.sampling_method, world.cycles.sample_map_resolution = "MANUAL", 256
         return
     bpy.ops.mesh.primitive_plane_add(size=9, location=(0, 0, -1.08))
     ground = made.material("Ground", base_color=(0.45, 0.4, 0.35), roughness=0.9)

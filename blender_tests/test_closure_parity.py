@@ -8,6 +8,7 @@ import bpy
 import made_scenes as made
 import numpy as np
 import pytest
+from mathutils import Vector
 from strips import render_both
 
 from selenite.scene_read.build import build
@@ -112,6 +113,18 @@ NODES = {
             "Thin Film IOR": 1.7,
         },
     ),
+    "principled coated": (
+        "Principled",
+        {"distribution": "MULTI_GGX"},
+        {
+            "Base Color": COLOR,
+            "Metallic": 0.3,
+            "Roughness": 0.5,
+            "Coat Weight": 0.7,
+            "Coat Roughness": 0.3,
+            "Coat Tint": (0.3, 0.9, 0.6),
+        },
+    ),
     "sheen": ("Sheen", {"distribution": "MICROFIBER"}, {"Color": COLOR, "Roughness": 0.4}),
     "subsurface": (
         "Subsurface",
@@ -200,7 +213,7 @@ def test_squares_whose_normals_point_out_of_their_backs_are_those_of_cycles(
     native, empty_scene, tmp_path, turn
 ):
     labels = ["lambert", "rough diffuse", "glossy", "glass", "translucent", "metallic", "sheen"]
-    labels.append("principled stretched")
+    labels += ["principled stretched", "principled filmed", "principled coated"]
     for x, label in enumerate(labels):
         square(x, surface(label))
         mesh = bpy.data.meshes[label]
@@ -210,6 +223,22 @@ def test_squares_whose_normals_point_out_of_their_backs_are_those_of_cycles(
     for label, mine, value in zip(labels, ours[1], cycles[1], strict=True):
         if label in {"glossy", "glass", "metallic"}:
             assert value.max() == 0, label
+        np.testing.assert_allclose(mine, value, rtol=1e-4, atol=1e-6, err_msg=label)
+
+
+@pytest.mark.parametrize("toward", [(0.98, 0.0, -0.2), (-0.9, 0.0, 0.1)], ids=["below", "above"])
+def test_light_on_one_side_of_the_face_and_the_other_of_its_normal_is_that_of_cycles(
+    native, empty_scene, tmp_path, toward
+):
+    labels = [name for name in NODES if name not in {"subsurface", "emission"}]
+    for x, label in enumerate(labels):
+        square(x, surface(label))
+        mesh = bpy.data.meshes[label]
+        mesh.normals_split_custom_set([(0.6, 0.0, 0.8)] * len(mesh.loops))
+    sun((-Vector(toward)).to_track_quat("-Z", "Y").to_euler())
+    ours, cycles = render_both(native, tmp_path, (len(labels), ROWS), 1)
+    assert sum(value.max() > 0 for value in cycles[1]) >= 3
+    for label, mine, value in zip(labels, ours[1], cycles[1], strict=True):
         np.testing.assert_allclose(mine, value, rtol=1e-4, atol=1e-6, err_msg=label)
 
 

@@ -25,7 +25,7 @@ from selenite.problems import BadInput
 from selenite.scene_read import hosts
 from selenite.scene_read.blender_process import ProcessFailed
 
-pytestmark = [pytest.mark.blender, pytest.mark.blender34]
+pytestmark = [pytest.mark.blender, pytest.mark.slow]
 
 
 def remarks():
@@ -67,6 +67,7 @@ def capture(tmp_path, **settings):
     return RunRequest("", (), (CaptureRequest("Camera", str(photo)),), FitSettings(**given))
 
 
+@pytest.mark.blender34
 def test_factory_settings_spoil_the_picture_and_are_set():
     made.studio(transmission=1.0)
     bpy.context.scene.render.engine = "CYCLES"
@@ -80,6 +81,7 @@ def test_factory_settings_spoil_the_picture_and_are_set():
     assert render_settings.set_for_fit(bpy.context.scene) == []
 
 
+@pytest.mark.blender34
 def test_settings_are_named_as_blender_shows_them():
     scene = bpy.context.scene
     own = scene.render.bl_rna.properties["engine"].enum_items[0]
@@ -91,6 +93,7 @@ def test_settings_are_named_as_blender_shows_them():
     assert found["Pixel Filter"].value == "Blackman-Harris"
 
 
+@pytest.mark.blender34
 def test_volume_bounces_matter_where_there_is_a_medium():
     material = made.studio()
     tree = material.node_tree
@@ -101,6 +104,7 @@ def test_volume_bounces_matter_where_there_is_a_medium():
     assert "Transmission Bounces" in remarks()
 
 
+@pytest.mark.blender34
 def test_shadow_offset_is_set_where_cycles_reads_it():
     made.studio()
     body = bpy.data.objects["Body"]
@@ -109,6 +113,7 @@ def test_shadow_offset_is_set_where_cycles_reads_it():
     assert hosts.shadow_terminator(body).shadow_terminator_geometry_offset == 0
 
 
+@pytest.mark.blender34
 def test_random_walk_of_blender_3_becomes_ggx():
     material = made.studio()
     node = made.principled(material)
@@ -119,6 +124,7 @@ def test_random_walk_of_blender_3_becomes_ggx():
     assert node.distribution == ("GGX" if hosts.is_version_3() else "MULTI_GGX")
 
 
+@pytest.mark.blender34
 def test_comparison_settings_leave_no_remark():
     made.studio()
     render_settings.set_comparison(bpy.context.scene, 8, seed=3)
@@ -126,6 +132,7 @@ def test_comparison_settings_leave_no_remark():
     assert (bpy.context.scene.cycles.samples, bpy.context.scene.cycles.seed) == (8, 3)
 
 
+@pytest.mark.blender34
 def test_check_renders_the_given_values_and_changes_nothing(tmp_path):
     material = made.studio(base_color=(0.8, 0.8, 0.8), roughness=0.5)
     scene = bpy.context.scene
@@ -267,6 +274,7 @@ def test_the_answer_of_a_check_is_one_sentence(bias, rmse, noise, sentence):
     assert verdict({"photos": {"Front": row(0.1), "Side": row(1.0)}}) == sentence
 
 
+@pytest.mark.blender34
 @pytest.mark.usefixtures("addon")
 def test_operator_writes_into_the_result_folder(tmp_path):
     from test_interface import draw, prepare_fit
@@ -280,7 +288,7 @@ def test_operator_writes_into_the_result_folder(tmp_path):
     assert "selenite.check_in_cycles" in draw(panels.SELENITE_PT_cycles)
     assert bpy.ops.selenite.check_in_cycles() == {"FINISHED"}
     assert snapshot(bpy.context.scene) == before and datablocks() == blocks
-    folder = state.RUN.folder
+    folder = state.RUN.done.folder
     report = json.loads((folder / "result.json").read_text())
     assert report["parameters"]["Body:base_color"] and report["cycles"]["photos"]["Camera"]
     assert state.CHECK.sheet == folder / "cycles_check.png" and state.CHECK.sheet.is_file()
@@ -289,13 +297,14 @@ def test_operator_writes_into_the_result_folder(tmp_path):
     assert "Cycles agrees" in draw(panels.SELENITE_PT_head)
     bpy.ops.selenite.set_cycles()
     assert "Filter Glossy" not in draw(panels.SELENITE_PT_cycles)
-    state.RUN.result = None  # as after loading the file again: the rows alone are left
+    state.RUN.last = None  # as after loading the file again: the rows alone are left
     settings.output = str(tmp_path / "again")
     assert bpy.ops.selenite.check_in_cycles() == {"FINISHED"}
     assert (next(Path(settings.output).iterdir()) / "cycles_check.png").is_file()
     assert material
 
 
+@pytest.mark.blender34
 @pytest.mark.usefixtures("addon")
 def test_set_cycles_is_one_undo_step():
     made.studio()

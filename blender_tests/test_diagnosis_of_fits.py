@@ -90,19 +90,21 @@ def test_the_panel_shows_it_while_the_fit_runs_and_afterwards(tmp_path):
     row.minimum, row.use_start, row.start = 0.7, True, (0.9, 0.9, 0.9)
     start = Pressed(Start)
     assert start._start(bpy.context)
-    state.RUN.job.join()
+    fitting = state.RUN.fitting
+    fitting.job.join()
     assert start._finish(bpy.context) == {"FINISHED"}
     drawn = " ".join(draw(panels.SELENITE_PT_fit).split())
     assert "has sat at its minimum 0.7" in drawn
-    notes = state.RUN.result.notes
-    state.RUN.job = SimpleNamespace(newest_notes=notes, stage_title=lambda _progress: "")
-    state.RUN.progress = SimpleNamespace(
+    notes = state.RUN.done.result.notes
+    state.RUN.phase = fitting
+    fitting.job = SimpleNamespace(newest_notes=notes, stage_title=lambda _progress: "")
+    fitting.progress = SimpleNamespace(
         iteration=9, iterations=60, loss=0.1, values={}, phase="descent"
     )
     try:
         assert "has sat at its minimum 0.7" in " ".join(draw(panels.SELENITE_PT_fit).split())
     finally:
-        state.RUN.job = None
+        state.RUN.phase = None
 
 
 @pytest.mark.parametrize(("transmission", "said"), [(0.0, 1), (0.5, 0)])

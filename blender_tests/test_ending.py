@@ -18,6 +18,7 @@ from selenite.fit import plan
 from selenite.fit.checkpoint import Unfinished
 from selenite.interface import state
 from selenite.interface.request import run_request
+from selenite.interface.running.run import PreparingPhase
 from selenite.interface.running.work import Preparing
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
@@ -79,7 +80,7 @@ def test_switching_off_waits_for_what_was_cancelled():
     selenite.register()
     work = _Waiting()
     job = BackgroundJob(work)
-    state.RUN.prepare(job)
+    state.RUN.begin(PreparingPhase(job, "Scene"))
     state.RUN.ask_to_stop(keep=False)
     assert not state.RUN.is_active and job.progress()[0]
     threading.Timer(0.5, work.may_end.set).start()
@@ -91,8 +92,8 @@ def test_switching_off_waits_for_what_was_cancelled():
 def test_another_file_opens_before_a_cancelled_preparation_has_ended():
     work = _Waiting()
     job = BackgroundJob(work)
-    state.RUN.prepare(job)
-    state.RUN.stop(keep=False)  # as the operator does that Blender ends
+    state.RUN.begin(PreparingPhase(job, "Scene"))
+    state.RUN.stop()  # as the operator does that Blender ends
     assert job.progress()[0] and not state.RUN.is_active
     work.may_end.set()
 

@@ -180,7 +180,7 @@ def test_fit_apply_restore(settings, tmp_path):
         assert world_tree() == before
         assert row().value == "no image"
     assert bpy.ops.selenite.save_result() == {"FINISHED"}
-    again = native.image().read(str(state.RUN.folder / path.name))[0]
+    again = native.image().read(str(state.RUN.done.folder / path.name))[0]
     np.testing.assert_array_equal(again, fitted)
 
 
@@ -226,7 +226,7 @@ def test_apply_is_all_or_none(settings):
 
 
 def test_the_picture_is_that_of_the_newest_values(settings):
-    assert environment_panel.field() is None or state.RUN.result is not None
+    assert environment_panel.field() is None or state.RUN.done.result is not None
     tick()
     bpy.ops.selenite.start()
     assert not environment_panel.update()  # it has ended

@@ -181,18 +181,16 @@ def test_a_bug_report_names_versions():
 
 def test_photos_are_read_in_a_thread_and_cancel_leaves_nothing(tmp_path):
     from selenite.advice.information.job import BackgroundJob
-    from selenite.interface.operators.fit import SELENITE_OT_start as Start
-    from selenite.scene_read.reading.job import ReadingJob
+    from selenite.interface.operators import fit as fit_operators
+    from selenite.interface.running.run import PreparingPhase
     from selenite.scene_read.reading.render_depsgraph import at_once
 
     prepare_fit(tmp_path)
-    start, scene = Pressed(Start), bpy.context.scene
+    start, scene = Pressed(fit_operators.SELENITE_OT_start), bpy.context.scene
 
     def begun():
-        state.RUN.read(ReadingJob(start._asking(scene, "")), scene.name)
-        state.RUN.reading = None
-        job = BackgroundJob(at_once(start._asking(scene, "")))
-        state.RUN.prepare(job)
+        job = BackgroundJob(at_once(fit_operators._asking(scene, "")))
+        state.RUN.begin(PreparingPhase(job, scene.name))
         return job
 
     begun()
@@ -204,7 +202,7 @@ def test_photos_are_read_in_a_thread_and_cancel_leaves_nothing(tmp_path):
 
     assert begun().wait(60.0)
     assert start.modal(bpy.context, TIMER) == {"PASS_THROUGH"}
-    assert state.RUN.job is not None and state.RUN.preparing is None
+    assert state.RUN.fitting is not None
     bpy.ops.selenite.cancel()
     assert start._finish(bpy.context) == {"CANCELLED"}
 
@@ -223,7 +221,7 @@ def test_a_result_is_saved_in_a_thread(tmp_path):
         time.sleep(0.02)
     (folder,) = (tmp_path / "out").iterdir()
     assert (folder / "Camera_optimised.png").is_file()
-    assert folder == Path(state.RUN.folder) and state.SAVE.job is None
+    assert folder == Path(state.RUN.done.folder) and state.SAVE.job is None
 
 
 def test_cancel_ends_at_once_and_brings_the_result_before_back(tmp_path):
@@ -232,12 +230,12 @@ def test_cancel_ends_at_once_and_brings_the_result_before_back(tmp_path):
     _, settings = prepare_fit(tmp_path)
     settings.output = str(tmp_path / "out")
     assert bpy.ops.selenite.start() == {"FINISHED"}
-    result, value = state.RUN.result, tuple(settings.results[0].value)
+    done, value = state.RUN.done, tuple(settings.results[0].value)
     settings.iterations, settings.loss = 4000, "mae"
     start = Pressed(Start)
-    assert start._start(bpy.context) and state.RUN.result is None
+    assert start._start(bpy.context) and state.RUN.done is None
     assert bpy.ops.selenite.cancel() == {"FINISHED"}
-    assert not state.RUN.is_active and state.RUN.result is result
+    assert not state.RUN.is_active and state.RUN.done is done
     assert start.modal(bpy.context, TIMER) == {"CANCELLED"}
     assert tuple(settings.results[0].value) == value
     assert "nothing was changed" in " ".join(draw(panels.SELENITE_PT_head).split())

@@ -12,7 +12,7 @@ from command_line import command
 
 from selenite import native
 
-pytestmark = pytest.mark.blender
+pytestmark = [pytest.mark.blender, pytest.mark.slow]
 
 SIZE = 32
 

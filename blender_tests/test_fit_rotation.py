@@ -9,17 +9,41 @@ import numpy as np
 import pytest
 import undo_steps
 from command_line import command
-from test_world_rotation import STRENGTH, scene
 
 from selenite import native, write_back
+from selenite.environments import sphere
 from selenite.problems import BadInput
 from selenite.scene_read.blend_file import open_blend
 from selenite.scene_read.build import build
 
 pytestmark = pytest.mark.blender
 
-TURN = 100.0
 NAME = ("World", "rotation")
+TURN, STRENGTH = 100.0, 2.5
+
+
+def windows():
+    """A dim room with two windows of other colours and heights."""
+    d = sphere.directions(64, 128)
+    pixels = np.full((64, 128, 3), 0.1, np.float32)
+    azimuth, elevation = (
+        np.degrees(np.arctan2(d[..., 1], d[..., 0])),
+        np.degrees(np.arcsin(d[..., 2])),
+    )
+    pixels[(np.abs(azimuth - 30) < 25) & (np.abs(elevation - 35) < 20)] = (3, 2, 1)
+    pixels[(np.abs(azimuth + 70) < 15) & (np.abs(elevation - 10) < 20)] = (0.5, 1, 2)
+    return pixels
+
+
+def scene(turn, strength):
+    """A ball under the room, turned about its axis by degrees, the camera at its side."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    made.studio(base_color=(0.7, 0.6, 0.5), roughness=0.4)
+    camera = bpy.context.scene.camera
+    camera.location, camera.rotation_euler = (0.0, -5.0, 0.0), (math.pi / 2, 0.0, 0.0)
+    world = made.world(strength=strength)
+    made.environment(world, windows(), (0.0, 0.0, math.radians(turn)))
+    bpy.data.images["sky"].pack()
 
 
 @pytest.fixture

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`selenite fit --fit Ball:vertex_positions`: from photos to a shape key and its file."""
 
+import json
 from pathlib import Path
 
 import bpy
@@ -13,6 +14,7 @@ from selenite import native
 from selenite.fit import fields
 from selenite.fit.request import UnknownRequest
 from selenite.fit.settings import FitSettings
+from selenite.importers import mesh_repair
 from selenite.scene_read.blend_file import open_blend
 from selenite.scene_read.build import build
 from selenite.write_back import vertex_positions
@@ -50,10 +52,10 @@ def requested(**values):
     return found[0] if found else str([item.line() for item in problems])
 
 
-def photo_of_larger(item, folder):
+def photo_of_larger(item, folder, size=24):
     """A photo of the ball with 1.3 times its size."""
     scene = build(made.read()).with_vertices("Ball", 1.3 * vertices_of(item))
-    film = native.core().render(scene, "Camera", 24, 24, 512, seed=99)
+    film = native.core().render(scene, "Camera", size, size, 512, seed=99)
     native.image().write_exr(str(folder / "photo.exr"), film.image)
     return str(folder / "photo.exr")
 
@@ -122,15 +124,57 @@ def _problems(request):
     return problems
 
 
-def test_a_shape_is_fitted_alone(tmp_path, capsys):
+def test_a_shape_and_a_colour_take_turns(tmp_path, capsys):
     item = ball()
-    photo, path = photo_of_larger(item, tmp_path), made.save(tmp_path / "scene.blend")
+    start = vertices_of(item)
+    colour = f"{item.data.materials[0].name}:base_color"
+    made.socket(item.data.materials[0], "base_color").default_value = (0.2, 0.3, 0.4, 1.0)
+    photo = photo_of_larger(item, tmp_path)
+    made.socket(item.data.materials[0], "base_color").default_value = (0.1, 0.1, 0.1, 1.0)
     status, report, _ = command(
-        capsys, "fit", path, "--fit", NAME, "--fit", f"{item.data.materials[0].name}:roughness",
-        "--photo", f"Camera={photo}", "--out", str(tmp_path / "out"),
+        capsys, "fit", made.save(tmp_path / "scene.blend"), "--fit", NAME, "--fit", colour,
+        "--photo", f"Camera={photo}", "--height", "24", "--threads", "1", "--iterations", "40",
+        "--spp", "8", "--out", str(tmp_path / "out"),
     )  # fmt: skip
-    assert status != 0
-    assert "a shape is fitted alone" in str(report)
+    assert status == 0, report
+    assert [stage["name"] for stage in report["stages"]] == [
+        "shape of Ball", "rest", "together 1: shape of Ball", "together 1: rest",
+        "together 2: shape of Ball", "together 2: rest",
+    ]  # fmt: skip
+    assert [stage["parameters"] for stage in report["stages"]] == [[NAME], [colour]] * 3
+    assert any("moves while all else keeps" in text for text in report["warnings"])
+    assert report["parameters"][NAME]["mean_distance_moved"] > 0.05
+    fitted = report["parameters"][colour]
+    np.testing.assert_allclose(fitted["value"], (0.2, 0.3, 0.4), atol=0.03)
+    assert fitted["interval_90"] is not None
+    found = np.load(f"{report['folder']}/Ball_vertex_positions.npy")
+    outline = np.abs(start[:, 2]) < 0.2
+    assert np.linalg.norm(found[outline][:, :2], axis=1).max() == pytest.approx(0.65, abs=0.05)
+
+
+def test_masks_say_where_the_outline_is(tmp_path, capsys):
+    """The mask hides all but the inside of the object: it alone tells how large that is."""
+    item = ball()
+    start, photo = vertices_of(item), photo_of_larger(item, tmp_path, 96)
+    scene = build(made.read()).with_vertices("Ball", 1.3 * start)
+    seen = native.core().render(scene, "Camera", 96, 96, 16, seed=3).image[..., :1]
+    world = float(seen[0, 0, 0])
+    mask = str(tmp_path / "mask.png")
+    inside = np.repeat((seen < 0.6 * world).astype(np.float32), 3, axis=2)
+    native.image().write_png(mask, inside)
+    captures = tmp_path / "captures.json"
+    captures.write_text(
+        json.dumps({"schema": 1, "captures": [{"camera": "Camera", "photo": photo, "mask": mask}]})
+    )
+    status, report, _ = command(
+        capsys, "fit", made.save(tmp_path / "scene.blend"), "--fit", NAME,
+        "--captures", str(captures), "--height", "24", "--threads", "1", "--iterations", "100",
+        "--spp", "8", "--out", str(tmp_path / "out"),
+    )  # fmt: skip
+    assert status == 0, report
+    found = np.load(f"{report['folder']}/Ball_vertex_positions.npy")
+    outline = np.abs(start[:, 2]) < 0.2
+    assert np.linalg.norm(found[outline][:, :2], axis=1).max() == pytest.approx(0.65, abs=0.05)
 
 
 def test_a_shape_key_goes_on_top_of_others(tmp_path):
@@ -148,3 +192,15 @@ def test_a_shape_key_goes_on_top_of_others(tmp_path):
     np.testing.assert_allclose(made.read().meshes[0].positions, wanted, atol=1e-5)
     vertex_positions.restore("Ball")
     assert [key.name for key in item.data.shape_keys.key_blocks] == ["Basis", "Wide"]
+
+
+def test_a_remesh_takes_the_fitted_shape_with_it(tmp_path):
+    """For a second fit, with other vertices."""
+    item = ball()
+    start = vertices_of(item)
+    np.save(tmp_path / "shape.npy", (start * (1.4, 1, 1)).astype(np.float32))
+    vertex_positions.show(made.read(), "Ball", str(tmp_path / "shape.npy"))
+    mesh_repair.remesh(item, 0.05)
+    assert item.data.shape_keys is None
+    assert np.ptp(vertices_of(item), axis=0) == pytest.approx((1.4, 1, 1), abs=0.06)
+    assert requested().values.shape == (len(item.data.vertices), 3)

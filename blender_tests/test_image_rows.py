@@ -241,9 +241,9 @@ def test_fit_apply_restore_of_a_new_image(settings, tmp_path):
     assert rows()["Body"].value == "no image"
     # Files, texts and the kept result agree: the pictures of a saved folder show the same.
     assert bpy.ops.selenite.save_result() == {"FINISHED"}
-    np.testing.assert_array_equal(texels(state.RUN.folder / path.name), fitted)
-    assert state.RUN.folder != folder
-    assert (state.RUN.folder / "Camera_optimised.png").is_file()
+    np.testing.assert_array_equal(texels(state.RUN.done.folder / path.name), fitted)
+    assert state.RUN.done.folder != folder
+    assert (state.RUN.done.folder / "Camera_optimised.png").is_file()
 
 
 def test_fit_apply_restore_of_the_scenes_image(settings, tmp_path):

@@ -232,7 +232,7 @@ def test_problems_are_reported_and_nothing_starts(tmp_path):
     settings.rows[0].learning_rate = 0.5
     with pytest.raises(RuntimeError, match="Camera 'Camera'"):
         bpy.ops.selenite.start()
-    assert state.RUN.job is None
+    assert not state.RUN.is_active
 
 
 @pytest.mark.usefixtures("addon")
@@ -256,8 +256,7 @@ def test_panels_draw_before_during_and_after_a_fit(tmp_path):
     assert "Esc stops and keeps" in " ".join(draw(panels.SELENITE_PT_head).split())
     until = time.monotonic() + 30
     while time.monotonic() < until:
-        state.RUN.update()
-        if state.RUN.progress.iteration > 0:
+        if state.RUN.fitting.update().iteration > 0:
             break
         time.sleep(0.02)
     drawn = draw(panels.SELENITE_PT_fit)
@@ -286,7 +285,7 @@ def test_cancel_keeps_nothing(tmp_path):
     assert start._start(bpy.context)
     bpy.ops.selenite.cancel()
     assert start._finish(bpy.context) == {"CANCELLED"}
-    assert len(settings.results) == 0 and state.RUN.job is None
+    assert len(settings.results) == 0 and not state.RUN.is_active
 
 
 @pytest.mark.usefixtures("addon")
@@ -332,7 +331,7 @@ def test_unregister_stops_a_running_fit(tmp_path):
     prepare_fit(tmp_path, lasting=True)
     Pressed(Start)._start(bpy.context)
     selenite.unregister()
-    assert state.RUN.job is None
+    assert not state.RUN.is_active
 
 
 _USED_AND_SWITCHED_OFF = """

@@ -12,7 +12,7 @@ from strips import render_both
 from selenite import write_back
 from selenite.scene_read.build import build
 
-pytestmark = [pytest.mark.blender, pytest.mark.blender34]
+pytestmark = [pytest.mark.blender, pytest.mark.slow]
 
 SIZE = (12, 12)
 SAMPLES = 1024
@@ -87,10 +87,12 @@ FRAMES = {
     "mirrored": ((-1.0, 1.0, 1.0), TURNED),
     "flipped": ((1.0, 1.0, -1.0), (math.pi, 0, 0)),
 }
+#: Blender 3.4 is asked for one of them: how a parent turns a lamp is the same there.
+PARENTS = ["even", pytest.param("mirrored", marks=pytest.mark.blender34), "flipped"]
 SHEARS = {"stretched": (UNEVEN, (0, 0, 0)), "sheared": (UNEVEN, TURNED)}
 
 
-@pytest.mark.parametrize("frame", FRAMES)
+@pytest.mark.parametrize("frame", PARENTS)
 @pytest.mark.parametrize("name", LAMPS)
 def test_lamps_under_a_parent(native, tmp_path, name, frame):
     floor()
@@ -104,6 +106,7 @@ def is_spot_of_a_light_tree(name):
     return LAMPS[name][0] == "SPOT" and bpy.app.version >= (4, 0, 0)
 
 
+@pytest.mark.blender34
 @pytest.mark.parametrize("frame", SHEARS)
 @pytest.mark.parametrize("name", LAMPS)
 def test_lamps_that_a_parent_shears(native, tmp_path, name, frame):
@@ -115,6 +118,7 @@ def test_lamps_that_a_parent_shears(native, tmp_path, name, frame):
     assert_equals_cycles(native, tmp_path)
 
 
+@pytest.mark.blender34
 @pytest.mark.parametrize("scale", [(2.0, 0.5, 1.0), (1.0, 1.0, 0.4), (-1.0, 1.0, 1.0)])
 def test_spots_with_an_uneven_scale_of_their_own(native, tmp_path, scale):
     floor()
@@ -122,6 +126,7 @@ def test_spots_with_an_uneven_scale_of_their_own(native, tmp_path, scale):
     assert_equals_cycles(native, tmp_path)
 
 
+@pytest.mark.blender34
 @pytest.mark.parametrize("frame", SHEARS)
 @pytest.mark.parametrize("name", ["spot", "soft spot"])
 def test_a_sheared_spot_is_refused_by_name(name, frame):
@@ -135,7 +140,7 @@ def test_a_sheared_spot_is_refused_by_name(name, frame):
     assert "scale" in problem.cure
 
 
-@pytest.mark.parametrize("frame", FRAMES)
+@pytest.mark.parametrize("frame", PARENTS)
 @pytest.mark.parametrize("name", AREAS)
 def test_area_lamps_under_a_parent(native, tmp_path, name, frame):
     floor()
@@ -143,6 +148,7 @@ def test_area_lamps_under_a_parent(native, tmp_path, name, frame):
     assert_equals_cycles(native, tmp_path)
 
 
+@pytest.mark.blender34
 @pytest.mark.parametrize("name", AREAS)
 def test_area_lamps_with_an_uneven_scale_of_their_own(native, tmp_path, name):
     floor()
@@ -150,6 +156,7 @@ def test_area_lamps_with_an_uneven_scale_of_their_own(native, tmp_path, name):
     assert_equals_cycles(native, tmp_path)
 
 
+@pytest.mark.blender34
 @pytest.mark.parametrize("name", AREAS)
 def test_a_sheared_area_lamp_is_refused_by_name(name):
     """Cycles samples it as if its sides were at right angles, so that its light is not its own."""
@@ -160,6 +167,7 @@ def test_a_sheared_area_lamp_is_refused_by_name(name):
     assert "scale" in problem.cure
 
 
+@pytest.mark.blender34
 def test_a_sheared_portal_is_none_of_ours():
     floor()
     item = hang(lamp("AREA"), UNEVEN, TURNED)
@@ -176,6 +184,7 @@ def again(item, at, scale=(1.0, 1.0, 1.0)):
     return other
 
 
+@pytest.mark.blender34
 @pytest.mark.parametrize("kind", ["POINT", "SPOT", "SUN", "AREA"])
 def test_a_lamp_at_two_places_is_one_owner_and_two_lights(native, tmp_path, kind):
     floor()
@@ -189,6 +198,7 @@ def test_a_lamp_at_two_places_is_one_owner_and_two_lights(native, tmp_path, kind
     assert_equals_cycles(native, tmp_path, samples=4 * SAMPLES)  # either may find the wrong lamp
 
 
+@pytest.mark.blender34
 def test_a_lamp_at_two_places_is_written_once_and_changes_at_both(native):
     floor()
     item = lamp("POINT", at=(4.0, 4.0, 3.0), **HARD)
@@ -207,6 +217,7 @@ def test_a_lamp_at_two_places_is_written_once_and_changes_at_both(native):
     np.testing.assert_allclose(picture(changed), 2 * picture(build(values)), rtol=1e-5)
 
 
+@pytest.mark.blender34
 def test_instances_of_a_lamp_are_one_owner():
     floor()
     item = lamp("POINT")
@@ -224,6 +235,7 @@ def test_instances_of_a_lamp_are_one_owner():
     assert places == {(6, 6, 3), (7, 6, 3), (8, 6, 3)}
 
 
+@pytest.mark.blender34
 def test_lamps_without_a_normalized_power_at_two_scales(native, tmp_path):
     floor()
     item = lamp("AREA", at=(4.0, 4.0, 3.0), energy=20)
@@ -289,6 +301,7 @@ def _grouped(tree, node):
     tree.links.new(outer.outputs[0], end)
 
 
+@pytest.mark.blender34
 @pytest.mark.parametrize(
     "change", [_plain, _linked_color, _number_for_color, _color_for_strength, _grouped]
 )
@@ -303,6 +316,7 @@ def test_emission_nodes_of_lamps(native, tmp_path, kind, change):
     assert_equals_cycles(native, tmp_path)
 
 
+@pytest.mark.blender34
 def test_emission_nodes_with_exposure_and_temperature(native, tmp_path):
     floor()
     item = lamp("AREA", shape="SQUARE", size=2)
@@ -314,6 +328,7 @@ def test_emission_nodes_with_exposure_and_temperature(native, tmp_path):
     assert_equals_cycles(native, tmp_path)
 
 
+@pytest.mark.blender34
 def test_the_power_of_a_lamp_with_nodes_is_written_back(native, tmp_path):
     floor()
     item = lamp("POINT", **HARD)
@@ -324,6 +339,7 @@ def test_the_power_of_a_lamp_with_nodes_is_written_back(native, tmp_path):
     assert_equals_cycles(native, tmp_path)
 
 
+@pytest.mark.blender34
 @pytest.mark.parametrize(
     ("kind", "output", "socket"),
     [
@@ -356,6 +372,7 @@ def _diffuse(tree, node):
     tree.links.new(tree.nodes.new("ShaderNodeBsdfDiffuse").outputs[0], end)
 
 
+@pytest.mark.blender34
 @pytest.mark.parametrize("change", [_muted, _unlinked, _diffuse])
 def test_lamps_that_no_emission_lights_are_refused_by_name(change):
     floor()

@@ -259,6 +259,7 @@ def test_a_saved_scene_and_a_check_that_fail_cost_no_values(words, tmp_path, cap
 def test_a_fit_that_never_began_leaves_no_folder(words, tmp_path, capsys, monkeypatch):
     from selenite.commands import fit
     from selenite.fit.job import FitFailed
+    from selenite.problems import Problem
 
     class Failing:
         def __init__(self, job):
@@ -268,14 +269,14 @@ def test_a_fit_that_never_began_leaves_no_folder(words, tmp_path, capsys, monkey
             return getattr(self.job, name)
 
         def progress(self):
-            raise FitFailed("Iteration 0: Photo 'Camera': it is odd; give another")
+            raise FitFailed([Problem("Photo 'Camera'", "it is odd", "give another")])
 
     made_job = fit.FitJob
     monkeypatch.setattr(fit, "FitJob", lambda *given: Failing(made_job(*given)))
     status, report, _ = command(capsys, *words, f"--out={tmp_path / 'fits'}")
     assert status == 2
     (problem,) = report["problems"]
-    assert problem["object"] == "Fit" and "Photo 'Camera': it is odd" in problem["cause"]
+    assert problem == {"object": "Photo 'Camera'", "cause": "it is odd", "cure": "give another"}
     assert list((tmp_path / "fits").iterdir()) == []
 
 
@@ -348,13 +349,13 @@ def test_the_panel_keeps_the_result_and_tells_of_the_record(tmp_path, monkeypatc
         drawn = " ".join(draw(panels.SELENITE_PT_fit).split())
         assert "is not kept" in drawn
         bpy.ops.selenite.stop()
-        state.RUN.job.join()
+        state.RUN.fitting.job.join()
         assert start._finish(bpy.context) == {"FINISHED"}
-    assert any("is not kept" in note for note in state.RUN.result.notes)
+    assert any("is not kept" in note for note in state.RUN.done.result.notes)
     assert len(settings.results) == 1
     with monkeypatch.context() as patch:
         patch.setattr(results, "write_json", full)
         with pytest.raises(RuntimeError, match="Cannot write to .* choose another folder"):
             bpy.ops.selenite.save_result()
-    assert state.RUN.result is not None
+    assert state.RUN.done is not None
     assert bpy.ops.selenite.save_result() == {"FINISHED"}

@@ -13,10 +13,12 @@ import undo_steps
 from pressed_buttons import ESCAPE, TIMER, Pressed, until_over
 
 from selenite import native
+from selenite.fit.job import FitFailed, FitJob
 from selenite.fit.request import read_run
 from selenite.fit.settings import FitSettings
 from selenite.interface import state
 from selenite.interface.operators.fit import SELENITE_OT_start as Start
+from selenite.problems import Problem
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]
 
@@ -148,7 +150,7 @@ def test_the_saved_result_has_the_best_values_and_pictures_as_set(settings, monk
         assert (picture.spp, picture.seed, picture.depth, picture.threads) == (3, 11, 5, 2)
     found = recording_fit.values_of(recorded.pictures[-1].scene, [COLOUR])[COLOUR]
     assert found == pytest.approx(recorded.fit.best[COLOUR])
-    run = read_run(state.RUN.folder / "run.json")
+    run = read_run(state.RUN.done.folder / "run.json")
     assert [item.learning_rate for item in run.unknowns] == pytest.approx([0.04, 0.08])
     assert [item.maximum for item in run.unknowns] == pytest.approx([0.9, 0.6])
 
@@ -210,13 +212,14 @@ def test_a_fit_is_an_undo_step(settings, monkeypatch):
     assert not results()
 
 
-def begun(monkeypatch):
-    """(the operator, its fit): of a fit that runs until somebody ends it."""
+def begun(monkeypatch, empty=True):
+    """(the operator, its fit): of a fit that runs until somebody ends it. empty: no result is there
+    yet."""
     recorded = recording_fit.install(monkeypatch, polls=None)
     start = Pressed(Start)
     assert start._start(bpy.context)
     assert start.modal(bpy.context, TIMER) == {"PASS_THROUGH"}
-    assert state.RUN.progress.running and not results()
+    assert state.RUN.fitting.progress.running and bool(results()) != empty
     return start, recorded.fit
 
 
@@ -226,7 +229,7 @@ def test_esc_stops_the_fit_and_keeps_its_best_values(settings, monkeypatch):
     assert fit.calls.count("cancel") == 1
     assert until_over(start, bpy.context) == {"FINISHED"}
     assert_best(fit)
-    assert "best values so far are kept" in state.RUN.message and state.RUN.job is None
+    assert "best values so far are kept" in state.RUN.message and not state.RUN.is_active
 
 
 def test_other_keys_go_on_to_blender(settings, monkeypatch):
@@ -234,7 +237,7 @@ def test_other_keys_go_on_to_blender(settings, monkeypatch):
     for kind, value in (("ESC", "RELEASE"), ("A", "PRESS"), ("MOUSEMOVE", "NOTHING")):
         event = SimpleNamespace(type=kind, value=value)
         assert start.modal(bpy.context, event) == {"PASS_THROUGH"}
-    assert "cancel" not in fit.calls and state.RUN.job is not None
+    assert "cancel" not in fit.calls and state.RUN.fitting is not None
     bpy.ops.selenite.cancel()
     start.modal(bpy.context, TIMER)
 
@@ -247,7 +250,25 @@ def test_stop_keeps_and_cancel_forgets(settings, monkeypatch, keep):
     ended = until_over(start, bpy.context)
     assert ended == ({"FINISHED"} if keep else {"CANCELLED"})
     assert bool(results()) == keep
-    assert colour() == pytest.approx([0.8, 0.4, 0.2]) and state.RUN.job is None
+    assert colour() == pytest.approx([0.8, 0.4, 0.2]) and not state.RUN.is_active
+
+
+def test_a_fit_that_fails_is_named_and_leaves_the_result_before_it(settings, monkeypatch):
+    recording_fit.install(monkeypatch)
+    assert bpy.ops.selenite.start() == {"FINISHED"}
+    done, kept = state.RUN.done, results()
+    start, _ = begun(monkeypatch, empty=False)
+    problem = Problem("Iteration 3", "no memory is left", "lower the height")
+
+    def failing(_job):
+        raise FitFailed([problem])
+
+    monkeypatch.setattr(FitJob, "progress", failing)
+    assert start.modal(bpy.context, TIMER) == {"CANCELLED"}
+    assert state.PROBLEMS[bpy.context.scene.name] == [problem]
+    assert any("no memory is left; lower the height" in text for _, text in start.said)
+    assert state.RUN.done is done and results() == kept
+    state.PROBLEMS.clear()
 
 
 def test_a_second_fit_takes_the_place_of_the_first(settings, monkeypatch):

@@ -14,7 +14,7 @@ from selenite import native
 from selenite.scene_read.build import build
 from selenite.scene_read.scene import read_scene
 
-pytestmark = pytest.mark.blender
+pytestmark = [pytest.mark.blender, pytest.mark.slow]
 
 EFFORT = parity.Effort(samples=32, seeds=6, native_samples=256, rounds=1)
 SIZE = 40

@@ -179,10 +179,12 @@ def test_running_fit_is_shown_and_plotted(tmp_path, editor):
     assert start._start(bpy.context)
     VIEW.open(editor, images.COMPARISON)
     until = time.monotonic() + 60
-    while state.RUN.job.preview(0) is None or state.RUN.job.progress().iteration < 3:
+    while (
+        state.RUN.fitting.job.preview(0) is None or state.RUN.fitting.job.progress().iteration < 3
+    ):
         assert time.monotonic() < until
         time.sleep(0.01)
-    state.RUN.progress = state.RUN.job.progress()
+    state.RUN.fitting.progress = state.RUN.fitting.job.progress()
     assert VIEW.update(), "there is more to come"
     first = pixels(images.COMPARISON).copy()
     assert first.std() > 0.05 and VIEW.drawings == 1
@@ -230,13 +232,13 @@ def test_fit_that_has_ended_shows_start_fit_and_each_iteration(tmp_path, editor)
 def test_moments_have_the_values_of_their_iteration(tmp_path):
     prepare(tmp_path)
     assert bpy.ops.selenite.start("EXEC_DEFAULT") == {"FINISHED"}
-    moments = Moments(state.RUN.plan, state.RUN.result)
-    history = state.RUN.result.fit.history.values["Body:base_color"]
+    moments = Moments(state.RUN.plan, state.RUN.done.result)
+    history = state.RUN.done.result.fit.history.values["Body:base_color"]
     for row in range(len(history)):
         found = moments.scene(row).get("Body", "base_color")
         assert found == pytest.approx(history[row], abs=1e-6)
     assert moments.scene(START).get("Body", "base_color") == pytest.approx((0.2, 0.5, 0.8))
-    best = state.RUN.result.fit.values_best["Body:base_color"]
+    best = state.RUN.done.result.fit.values_best["Body:base_color"]
     assert moments.scene(RESULT).get("Body", "base_color") == pytest.approx(np.ravel(best))
     picture = moments.render(Moment(0, 1))
     assert picture.shape == (24, 32, 3)

@@ -30,7 +30,7 @@ from selenite.interface.running.work import Finishing
 from selenite.problems import BadInput
 from selenite.report import results
 
-pytestmark = pytest.mark.blender
+pytestmark = [pytest.mark.blender, pytest.mark.slow]
 
 ROOT = Path(__file__).resolve().parent.parent
 #: The command line, which writes its state every tenth of a second in place of every few: a fit of
@@ -322,22 +322,22 @@ def test_a_run_in_blender_is_kept_and_goes_on(tmp_path, monkeypatch):
     start = Pressed(Start)
     assert start._start(bpy.context)
     until = time.monotonic() + 60
-    folder = state.RUN.recorder.folder
+    folder = state.RUN.fitting.recorder.folder
     monkeypatch.setattr(checkpoint, "_EVERY", 0.0)
     while not (folder / "state.json").is_file() and time.monotonic() < until:
-        state.RUN.recorder.update(state.RUN.job)
-        state.RUN.recorder.wait()
+        state.RUN.fitting.recorder.update(state.RUN.fitting.job)
+        state.RUN.fitting.recorder.wait()
     assert checkpoint.load(folder).state is not None
     for path in (folder / "state.json", *folder.glob("*.state")):  # the run is made shorter below
         path.unlink()
-    state.RUN.recorder = None  # as if Blender had ended here
+    state.RUN.fitting.recorder = None  # as if Blender had ended here
     bpy.ops.selenite.cancel()
     assert start._finish(bpy.context) == {"CANCELLED"}
     run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     run["settings"]["iterations"] = 12
     (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
     assert bpy.ops.selenite.resume(directory=str(folder)) == {"FINISHED"}
-    assert state.RUN.result.fit.iterations == 12
+    assert state.RUN.done.result.fit.iterations == 12
     assert len(settings.results) == 1
     assert not folder.exists()
     with pytest.raises(RuntimeError, match="does not exist"):

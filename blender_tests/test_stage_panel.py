@@ -9,7 +9,7 @@ import pytest
 from pressed_buttons import Pressed
 from test_interface import FakeLayout, draw, prepare_fit
 
-from selenite.fit.staging.request import AUTO, PRESETS
+from selenite.fit.staging.request import PRESETS
 from selenite.interface import panels, properties, request, stages, state
 from selenite.problems import BadInput
 
@@ -32,9 +32,17 @@ def asked():
 
 def test_presets_of_the_panel_are_those_of_the_command_line():
     named = [item[0] for item in properties.STAGE_ITEMS]
-    assert named == [*PRESETS, "own", AUTO]
+    assert named == [*PRESETS, "own"]
     # Files keep the numbers: a new one follows the last.
-    assert [item[3] for item in properties.STAGE_ITEMS] == [6, 0, 1, 2, 5, 3, 4]
+    assert [item[3] for item in properties.STAGE_ITEMS] == [6, 0, 1, 2, 5, 3]
+
+
+def test_a_file_whose_stages_are_gone_has_the_usual_ones(tmp_path):
+    """4 was a choice of earlier versions; Blender has no name for it."""
+    _, settings = prepare_fit(tmp_path)
+    tick(settings, "base_color", "ior")
+    settings["stage_mode"] = 4
+    assert settings.stage_mode == "" and asked() == ((), [])
 
 
 def test_the_panel_begins_with_the_stages_of_the_command_line():
@@ -77,7 +85,7 @@ def test_an_own_list_is_built_from_ticks_and_runs(tmp_path):
     assert [(item.name, item.iterations) for item in found] == [("colour", 3), ("stage 2", None)]
     assert bpy.ops.selenite.start() == {"FINISHED"}
     assert [row.parameter for row in settings.results] == ["base_color", "roughness"]
-    assert [item.iterations for item in state.RUN.result.fit.stages] == [3, 4]
+    assert [item.iterations for item in state.RUN.done.result.fit.stages] == [3, 4]
 
 
 def test_a_stage_shows_numbers_of_its_own_only(tmp_path):
@@ -136,7 +144,7 @@ def test_the_panel_tells_the_stage_that_runs(tmp_path):
     assert "stage_mode" in draw(panels.SELENITE_PT_fit)
     start = Pressed(Start)
     assert start._start(bpy.context)
-    state.RUN.progress = state.RUN.job.progress()
+    state.RUN.fitting.update()
     assert "Stage 1 of 2: without IOR" in draw(panels.SELENITE_PT_fit)
     bpy.ops.selenite.cancel()
     assert start._finish(bpy.context) == {"CANCELLED"}

@@ -279,6 +279,7 @@ def test_relative_path(tmp_path):
     np.testing.assert_array_equal(values.materials[0].maps["base_color"].texture.pixels, wanted)
 
 
+@pytest.mark.usefixtures("small_panoramas")
 @pytest.mark.parametrize("kind", ["nothing", "moved", "stretched", "uv"])
 def test_environment_that_is_not_turned_only_is_evaluated(kind):
     pixels = np.ones((4, 8, 3), np.float32)

@@ -167,18 +167,19 @@ def test_cameras_of_photos_count_and_nothing_else_of_them(lit_ball, tmp_path, ca
 
 def test_a_fit_that_fails_is_told_and_the_others_go_on(lit_ball, tmp_path, capsys, monkeypatch):
     from selenite.fit.job import FitFailed
+    from selenite.problems import Problem
 
     class Fragile(measure.FitJob):
         def progress(self):
             if self.plan.request.settings.iterations == PRESETS["draft"].iterations:
-                raise FitFailed("the derivative is not finite")
+                raise FitFailed([Problem("Iteration 2", "it is not finite", "fit less")])
             return super().progress()
 
     monkeypatch.setattr(measure, "FitJob", Fragile)
     words = ("--fit=Body:base_color", "--budget=4000", f"--out={tmp_path / 'out'}")
     status, content, printed = command(capsys, "trade", lit_ball, *words)
     assert status == 0
-    assert content["presets"]["draft"]["failure"] == "the derivative is not finite"
+    assert content["presets"]["draft"]["failure"] == "Iteration 2: it is not finite; fit less"
     assert "'draft' came to no end" in printed
     assert any(row["runs"] for row in content["settings"])
 

@@ -14,10 +14,10 @@ import pytest
 
 from selenite.scene_read.values import ALL_RAYS, SCATTERED_RAYS
 
-pytestmark = pytest.mark.blender
+pytestmark = [pytest.mark.blender, pytest.mark.slow]
 
 EFFORT = parity.Effort(samples=32, seeds=6, native_samples=256, rounds=1)
-SIZE = 32
+SIZE = 24
 
 
 def _scene(kind="lamp", **values):

@@ -14,7 +14,7 @@ from selenite.scene_read import openvdb_files, volume_objects
 from selenite.scene_read.build import build
 from selenite.scene_read.shading.nodes import Unreadable
 
-pytestmark = pytest.mark.blender
+pytestmark = [pytest.mark.blender, pytest.mark.slow]
 
 VOXEL = 0.25
 

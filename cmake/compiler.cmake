@@ -34,6 +34,10 @@ function(selenite_compile_rules target)
     # and lets the compiler inline sqrt and turn selects into vector blends.
     target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -fno-math-errno -fno-trapping-math
       $<$<BOOL:${SELENITE_WERROR}>:-Werror>)
+    if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+      # "and" of two conditions is & where eight are one mask; and what a branch for some types alone uses is captured.
+      target_compile_options(${target} PRIVATE -Wno-bitwise-instead-of-logical -Wno-unused-lambda-capture)
+    endif()
     if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
       # GCC bugs 105329 and 105651: false alarms on "text" + std::string
       target_compile_options(${target} PRIVATE -Wno-restrict -Wno-stringop-overflow)
@@ -56,11 +60,12 @@ endfunction()
 # The kernel that traces eight paths in lockstep, for AVX2 and FMA. It is chosen when a render starts, on
 # processors that have both. Functions of headers that it shares with the rest are compiled in it as well, for AVX2, under
 # the same names; the linker would keep one copy for all, and on an older processor that may be the
-# wrong one. So its objects are joined to one of which nothing but the entry points is seen from outside.
-# Elsewhere than with GNU's tools on x86-64 there are no lanes, and every path is traced alone.
+# wrong one. So its objects are joined to one of which nothing but the entry points is seen from outside. Windows'
+# objects cannot be joined: there all that they define but the entry points is renamed (devtools/isolate.py).
+# Elsewhere than with GNU's or LLVM's tools on x86-64 there are no lanes, and every path is traced alone.
 function(selenite_add_lanes target)
-  if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$" OR NOT CMAKE_SYSTEM_NAME STREQUAL "Linux"
-     OR NOT CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
+  if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$" OR NOT CMAKE_SYSTEM_NAME MATCHES "^(Linux|Windows)$"
+     OR NOT CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang" OR MSVC)
     return()
   endif()
   set(lanes ${target}_lanes)
@@ -77,6 +82,20 @@ function(selenite_add_lanes target)
   endforeach()
   target_include_directories(${lanes} PRIVATE $<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>)
   target_compile_definitions(${lanes} PRIVATE $<TARGET_PROPERTY:${target},COMPILE_DEFINITIONS>)
+  target_compile_definitions(${target} PRIVATE SELENITE_LANES)
+  if(WIN32)
+    find_package(Python COMPONENTS Interpreter REQUIRED)
+    set(isolated "${CMAKE_CURRENT_BINARY_DIR}/lib${lanes}.a")
+    add_custom_command(OUTPUT "${isolated}"
+      COMMAND "${Python_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/devtools/isolate.py" --prefix avx2_
+        --keep render_tile_by_lanes --archive "${isolated}" $<TARGET_OBJECTS:${lanes}>
+      DEPENDS ${lanes} $<TARGET_OBJECTS:${lanes}> "${PROJECT_SOURCE_DIR}/devtools/isolate.py"
+      COMMAND_EXPAND_LISTS VERBATIM)
+    add_custom_target(${lanes}_isolated DEPENDS "${isolated}")
+    add_dependencies(${target} ${lanes}_isolated)
+    target_link_libraries(${target} INTERFACE "${isolated}")
+    return()
+  endif()
   set(joined "${CMAKE_CURRENT_BINARY_DIR}/${lanes}.o")
   add_custom_command(OUTPUT "${joined}"
     COMMAND "${CMAKE_LINKER}" -r --force-group-allocation -o "${joined}" $<TARGET_OBJECTS:${lanes}>
@@ -84,7 +103,6 @@ function(selenite_add_lanes target)
     DEPENDS ${lanes} $<TARGET_OBJECTS:${lanes}> COMMAND_EXPAND_LISTS VERBATIM)
   set_source_files_properties("${joined}" PROPERTIES EXTERNAL_OBJECT ON GENERATED ON)
   target_sources(${target} PRIVATE "${joined}")
-  target_compile_definitions(${target} PRIVATE SELENITE_LANES)
 endfunction()
 
 # Options of the sources of model and render, and of the kernels.

@@ -36,6 +36,8 @@ function(selenite_python_module name library)
         selenite_oldest_glibc(${name})
       endif()
     endif()
+  elseif(WIN32)
+    target_link_options(${name} PRIVATE -s)  # no table of symbols; the entry alone is exported, as it says so itself
   endif()
   install(TARGETS ${name} DESTINATION selenite COMPONENT python)
 endfunction()

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 #
 # selenite::image_libraries of static libraries, for the packages: OpenImageIO, OpenEXR, LibTIFF and
-# Little CMS of ./dev package; libpng, libjpeg, zlib and Boost's thread library of the distribution.
+# Little CMS of ./dev package; libpng, libjpeg, zlib and Boost's thread library of the distribution. Other platforms have
+# them from ./dev package too, and do without Boost's.
 
 set(ZLIB_USE_STATIC_LIBS ON)
 find_package(ZLIB REQUIRED)
@@ -19,9 +20,11 @@ foreach(name IN ITEMS OpenImageIO OpenImageIO_Util tiff lcms2 jpeg png16)
   find_library(library_${name} NAMES lib${name}.a PATHS "${SELENITE_STATIC_LIBRARIES}/lib" NO_DEFAULT_PATH REQUIRED)
   target_link_libraries(selenite_image_libraries INTERFACE "${library_${name}}")
 endforeach()
-foreach(name IN ITEMS boost_thread)
-  find_library(library_${name} NAMES lib${name}.a REQUIRED)
-  target_link_libraries(selenite_image_libraries INTERFACE "${library_${name}}")
-endforeach()
+if(CMAKE_CROSSCOMPILING)
+  target_link_libraries(selenite_image_libraries INTERFACE $<$<BOOL:${WIN32}>:psapi>)
+else()
+  find_library(library_boost_thread NAMES libboost_thread.a REQUIRED)
+  target_link_libraries(selenite_image_libraries INTERFACE "${library_boost_thread}")
+endif()
 target_link_libraries(selenite_image_libraries INTERFACE
   OpenEXR::OpenEXR OpenEXR::OpenEXRCore ZLIB::ZLIB Threads::Threads ${CMAKE_DL_LIBS})

@@ -23,7 +23,7 @@ HELP = """usage: ./dev JOB [arguments]
   test [...]         all tests; ./dev test --help tells how to run some
   lint [...]         clang-format, clang-tidy, ruff, types; --fix mends what can be mended
   bench [NAME ...]   measure speed; without a name, list what there is
-  package            wheel, Blender extension and legacy add-on in dist/
+  package [...]      wheel, Blender extension and legacy add-on in dist/; --platform for others
   gui-test [...]     drive the panel in a Blender window under a virtual display
   clean [--all]      remove builds; with --all the environments too
 """

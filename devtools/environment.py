@@ -22,6 +22,7 @@ from process import (
     is_stamped,
     run,
     say,
+    write_if_other,
     write_stamp,
 )
 
@@ -80,9 +81,9 @@ def ensure_development() -> None:
     """`.venv` with everything pinned, the add-on importable, `selenite` on its path."""
     ensure_environment(VENV, ROOT / "requirements" / "dev.txt")
     site = VENV / "lib" / "python3.11" / "site-packages"
-    _write(site / "selenite.pth", f"{PACKAGE.parent}\n")
+    write_if_other(site / "selenite.pth", f"{PACKAGE.parent}\n")
     script = VENV / "bin" / "selenite"
-    _write(
+    write_if_other(
         script,
         f"#!{PYTHON}\nimport sys\n\nfrom selenite.cli import main\n\nsys.exit(main())\n",
     )
@@ -136,14 +137,15 @@ def _put_modules(directory: Path) -> None:
         write_stamp(loads, key)
 
 
-def _write(path: Path, text: str) -> None:
-    if not path.is_file() or path.read_text() != text:
-        path.write_text(text)
-
-
 def clean(everything: bool) -> None:
     """Removes what `./dev` made; the environments only if `everything`."""
-    for path in [BUILD, ROOT / "dist", *PACKAGE.glob("*.so"), PACKAGE / "lib"]:
+    for path in [
+        BUILD,
+        ROOT / "dist",
+        *PACKAGE.glob("*.so"),
+        *PACKAGE.glob("*.pyd"),
+        PACKAGE / "lib",
+    ]:
         if path.is_dir():
             shutil.rmtree(path)
         elif path.exists():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measures the colours of thin films in Cycles and writes native/model/tables/film_table.cpp.
+"""Measures the colours of thin films in Blender 4.5 and writes native/model/tables/film_table.cpp.
 
     .venv/bin/python devtools/measure_thin_film.py [--check]
 
@@ -44,13 +44,13 @@ Floats = NDArray[np.float64]
 
 def reflectances(thickness: Floats, below: float, film: float) -> Floats:
     """(n, 3) of Cycles, for as many thicknesses as there are faces."""
-    _build(thickness, below, film)
-    filmed = _render()
-    _build(np.zeros_like(thickness), below, film)
-    return filmed / _render() * ((below - 1) / (below + 1)) ** 2
+    build(thickness, below, film)
+    filmed = render()
+    build(np.zeros_like(thickness), below, film)
+    return filmed / render() * ((below - 1) / (below + 1)) ** 2
 
 
-def _build(thickness: Floats, below: float, film: float) -> None:
+def build(thickness: Floats, below: float, film: float) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene: Any = bpy.context.scene  # there is one: the factory settings bring it
     material: Any = bpy.data.materials.new("film")
@@ -98,7 +98,7 @@ def _build(thickness: Floats, below: float, film: float) -> None:
     settings.file_format, settings.color_depth, settings.exr_codec = "OPEN_EXR", "32", "NONE"
 
 
-def _render() -> Floats:
+def render() -> Floats:
     with tempfile.TemporaryDirectory() as folder:
         scene: Any = bpy.context.scene
         scene.render.filepath = str(Path(folder) / "faces.exr")
@@ -227,11 +227,12 @@ def check(tables: Floats) -> None:
     sys.stderr.write(f"relative differences, median, 99 %, largest: {spread}\n")
 
 
-def source(tables: Floats) -> str:
+def source(tables: Floats, names: tuple[str, str]) -> str:
+    """The C++ of the tables (channel, 2, NODES)."""
     lines = [
         "// SPDX-License-Identifier: GPL-3.0-or-later",
         "//",
-        "// Written by devtools/measure_thin_film.py from what Cycles renders; do not edit.",
+        f"// Written by devtools/{Path(sys.argv[0]).name} from what Cycles renders; do not edit.",
         f"// Measured with Blender {bpy.app.version_string}.",
         '#include "model/tables/film_table.h"',
         "",
@@ -239,7 +240,7 @@ def source(tables: Floats) -> str:
         "",
         "// clang-format off",
     ]
-    for name, rows in zip(("kFilmMagnitude", "kFilmPhase"), tables.swapaxes(0, 1), strict=True):
+    for name, rows in zip(names, tables.swapaxes(0, 1), strict=True):
         lines.append(f"const float {name}[3][kFilmNodes] = {{")
         for row in rows:
             numbers = ", ".join(f"{value:.7g}" for value in row)
@@ -250,9 +251,9 @@ def source(tables: Floats) -> str:
     return "\n".join([*lines, "// clang-format on", "", "}  // namespace selenite", ""])
 
 
-def committed() -> Floats:
-    """The tables in the source."""
-    text = "".join(part.split("};")[0] for part in TABLE.read_text().split("= {")[1:])
+def committed(table: Path) -> Floats:
+    """The tables in a source."""
+    text = "".join(part.split("};")[0] for part in table.read_text().split("= {")[1:])
     numbers = re.findall(r"-?\d[\d.e-]*", text)
     return np.array(numbers, np.float64).reshape(2, 3, NODES).swapaxes(0, 1)
 
@@ -263,8 +264,8 @@ def main() -> None:
     if not parser.parse_args().check:
         tables, residual = measure()
         sys.stderr.write(f"largest residual of the model: {residual:.1e}\n")
-        TABLE.write_text(source(tables))
-    check(committed())
+        TABLE.write_text(source(tables, ("kFilmMagnitude", "kFilmPhase")))
+    check(committed(TABLE))
     sys.stderr.flush()
     os._exit(0)  # bpy can hang in its own destructors
 

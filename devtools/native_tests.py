@@ -16,11 +16,13 @@ import re
 import signal
 import subprocess
 import tempfile
+import time
+from collections.abc import Coroutine
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
 
-from process import BUILD, JOBS, ROOT, Failed, side_by_side, started
+from process import BUILD, JOBS, ROOT, Failed, started
 from tally import REPORTS, Tally, keep_durations, last_durations, read_report
 
 TEST_LIMIT = 900  # seconds for one test, on a loaded machine
@@ -82,27 +84,37 @@ class Reader:
         return None
 
 
-def run_native(options: argparse.Namespace) -> Tally:
-    """`options` as of `./dev test`."""
-    preset = options.preset
-    env = _environment(preset)
-    programs = _programs(BUILD / preset, env, options)
-    known = last_durations(f"native.{preset}")
-    shards = [shard for program in programs for shard in _shards(program, known)]
-    shards.sort(key=lambda shard: shard.seconds, reverse=True)
-    cases = asyncio.run(_run_shards(shards, env, options))
-    report = REPORTS / "native.xml"
-    _write_report(report, cases)
-    keep_durations(f"native.{preset}", {case.name: case.seconds for case in cases})
-    return read_report(report, 0)
+class NativeSuite:
+    """Its shards, which whoever runs the suites starts among other processes."""
 
+    def __init__(self, options: argparse.Namespace) -> None:
+        """`options` as of `./dev test`."""
+        self._options, self._env = options, _environment(options.preset)
+        self._key = f"native.{options.preset}"
+        programs = _programs(BUILD / options.preset, self._env, options)
+        known = last_durations(self._key)
+        self._shards = [shard for program in programs for shard in _shards(program, known)]
+        self._cases: list[Case] = []
 
-async def _run_shards(
-    shards: list[Shard], env: dict[str, str], options: argparse.Namespace
-) -> list[Case]:
-    deadline = asyncio.get_running_loop().time() + 2 * options.limit
-    runs = (_run_shard(shard, env, options, deadline) for shard in shards)
-    return [case for cases in await side_by_side(runs) for case in cases]
+    def jobs(self) -> list[tuple[float, Coroutine[None, None, None]]]:
+        """(seconds that it may take, what runs it) of each shard."""
+        deadline = time.monotonic() + 2 * self._options.limit
+        return [(shard.seconds, self._run(shard, deadline)) for shard in self._shards]
+
+    @property
+    def seconds(self) -> float:
+        """Of all tests that have ended."""
+        return sum(case.seconds for case in self._cases)
+
+    def tally(self) -> Tally:
+        """After the end of all jobs: writes the report."""
+        report = REPORTS / "native.xml"
+        _write_report(report, self._cases)
+        keep_durations(self._key, {case.name: case.seconds for case in self._cases})
+        return read_report(report, 0)
+
+    async def _run(self, shard: Shard, deadline: float) -> None:
+        self._cases += await _run_shard(shard, self._env, self._options, deadline)
 
 
 def _environment(preset: str) -> dict[str, str]:
@@ -173,7 +185,7 @@ async def _run_shard(
         cases += ended
         names = {case.name for case in ended}
         before, left = left, [name for name in left if name not in names]
-        if left == before or asyncio.get_running_loop().time() > deadline:
+        if left == before or time.monotonic() > deadline:
             break
     for name in left:
         cases.append(Case(name, "failed", 0, "did not run\n"))
@@ -193,7 +205,7 @@ async def _run_process(
     """The tests that ended; whatever else goes wrong with the process is one that failed."""
     command: list[str | Path] = [program.path, *options.extra, "--gtest_color=no"]
     command += ["--gtest_brief=0", "--gtest_print_time=1", f"--gtest_filter={':'.join(tests)}"]
-    clock = asyncio.get_running_loop().time
+    clock = time.monotonic  # that of the loop
     limit = min(TEST_LIMIT, options.limit)
     cases: list[Case] = []
     reader = Reader()

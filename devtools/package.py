@@ -5,6 +5,8 @@ selenite-V-cpXY-cpXY-manylinux_*.whl   one for each Python of Blender's: needs t
 selenite-V-extension.zip               Blender 4.2 and later: those wheels and others
 selenite-V-blender34-debian.zip        add-on for Debian 12's Blender 3.4, which has the libraries
 
+With --platform windows or macos, wheels and extension for that: built here, and not tried.
+
 The wheels hold Embree, OpenImageIO and the rest as static libraries (static_libraries.py).
 """
 
@@ -19,7 +21,9 @@ import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
+import cross
 import environment
+import foreign_checks
 import package_checks
 import static_libraries
 from process import BUILD, PACKAGE, PYTHON, ROOT, Failed, alone, run, run_limited, say
@@ -56,26 +60,63 @@ def make(arguments: list[str]) -> None:
     parser.add_argument(
         "--untried", action="store_true", help="do not install the results in Blender"
     )
+    parser.add_argument(
+        "--platform",
+        nargs="+",
+        choices=("linux", *cross.PLATFORMS),
+        default=["linux"],
+        help="what is packed for (linux)",
+    )
     options = parser.parse_args(arguments)
-    environment.build()
-    prefix = static_libraries.prefix()
     pythons = _pythons()
     with alone("package"):
         shutil.rmtree(WORK, ignore_errors=True)
         WORK.mkdir(parents=True)
         DIST.mkdir(exist_ok=True)
-        for old in DIST.glob("selenite-*"):
-            old.unlink()
-        wheels = [_wheel(version, python, prefix) for version, python in pythons.items()]
         libraries = _pure_python_wheels(pythons[PYTHONS[0]])
-        extension = _extension(wheels, libraries)
-        _refuse(package_checks.faults_of_extension(extension, map(_tag, pythons)))
-        legacy = _legacy(libraries)
-        if not options.untried:
-            _try_extension(extension)
-            _try_legacy(legacy)
-    for path in sorted(DIST.glob("selenite-*")):
+        made = []
+        for name in options.platform:
+            if name == "linux":
+                made += _make_for_linux(pythons, libraries, options.untried)
+            else:
+                made += _make_for(cross.PLATFORMS[name], pythons, libraries)
+    for path in sorted(made):
         print(f"{path.relative_to(ROOT)}  {path.stat().st_size / 1e6:.1f} MB")
+
+
+def _make_for_linux(pythons: dict[str, Path], libraries: list[Path], untried: bool) -> list[Path]:
+    environment.build()
+    prefix = static_libraries.prefix()
+    _forget("extension.zip", "blender34-debian.zip", "*linux*.whl")
+    wheels = [_wheel(version, python, prefix) for version, python in pythons.items()]
+    extension = _extension(wheels, libraries, "linux-x64", DIST / f"{_name()}-extension.zip")
+    _refuse(package_checks.faults_of_extension(extension, map(_tag, pythons)))
+    legacy = _legacy(libraries)
+    if not untried:
+        _try_extension(extension)
+        _try_legacy(legacy)
+    return [*wheels, extension, legacy]
+
+
+def _make_for(
+    platform: cross.Platform, pythons: dict[str, Path], libraries: list[Path]
+) -> list[Path]:
+    """Wheels and extension for a system that does not run here: nothing is tried."""
+    prefix = static_libraries.prefix(platform)
+    target = f"extension-{platform.in_blender}.zip"
+    _forget(target, f"*{platform.tag}.whl")
+    wheels = [
+        _foreign_wheel(platform, version, python, prefix) for version, python in pythons.items()
+    ]
+    extension = _extension(wheels, libraries, platform.in_blender, DIST / f"{_name()}-{target}")
+    _refuse(package_checks.faults_of_extension(extension, map(_tag, pythons)))
+    return [*wheels, extension]
+
+
+def _forget(*endings: str) -> None:
+    for ending in endings:
+        for old in DIST.glob(f"selenite-*-{ending}"):
+            old.unlink()
 
 
 def _tag(version: str) -> str:
@@ -105,8 +146,9 @@ def _pythons() -> dict[str, Path]:
     return found
 
 
-def _version() -> str:
-    return tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+def _name() -> str:
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    return f"selenite-{version}"
 
 
 def _wheel(version: str, python: Path, prefix: Path) -> Path:
@@ -134,6 +176,21 @@ def _wheel(version: str, python: Path, prefix: Path) -> Path:
     return wheel
 
 
+def _foreign_wheel(platform: cross.Platform, version: str, python: Path, prefix: Path) -> Path:
+    """As `_wheel`, for a system that does not run here."""
+    settings = platform.module_settings(version, prefix).items()
+    defined = [f"-Ccmake.define.{name}={value}" for name, value in settings]
+    # What the wheel's tag is made of: Python takes it for the platform that it runs on.
+    env = {"_PYTHON_HOST_PLATFORM": platform.in_python}
+    command: list[str | Path] = [python, "-m", "build", "--wheel", "--no-isolation", *defined]
+    run([*command, "--outdir", DIST, ROOT], env=env)
+    (wheel,) = DIST.glob(f"selenite-*-{_tag(version)}-{_tag(version)}-{platform.tag}.whl")
+    faults_of_module = foreign_checks.FAULTS_OF_MODULE[platform.name]
+    scratch = WORK / "opened" / f"{platform.name}-{version}"
+    _refuse(package_checks.faults_of_wheel(wheel, scratch, faults_of_module))
+    return wheel
+
+
 def _pure_python_wheels(python: Path) -> list[Path]:
     """Wheels of the run time requirements, in the versions that are tested."""
     target = WORK / "wheels"
@@ -146,7 +203,7 @@ def _pure_python_wheels(python: Path) -> list[Path]:
 
 def _sources(target: Path) -> None:
     """The add-on's own files and the demo's: no native module, no stub of one, no cache."""
-    left_out = shutil.ignore_patterns("*.so", "*.pyi", "*.partial", "lib", "__pycache__")
+    left_out = shutil.ignore_patterns("*.so", "*.pyd", "*.pyi", "*.partial", "lib", "__pycache__")
     shutil.copytree(PACKAGE, target, ignore=left_out)
     for name in package_checks.DEMO:
         (target / "demo_scene" / name).parent.mkdir(parents=True, exist_ok=True)
@@ -161,8 +218,9 @@ def _sources(target: Path) -> None:
     shutil.copy2(ROOT / "LICENSE", target / "LICENSE")
 
 
-def _extension(own: list[Path], libraries: list[Path]) -> Path:
-    source = WORK / "extension"
+def _extension(own: list[Path], libraries: list[Path], platform: str, result: Path) -> Path:
+    """Blender's extension in `result`, for a platform as its manifest calls it."""
+    source = WORK / f"extension-{platform}"
     _sources(source)
     for name in ("_core", "_image"):
         (source / f"{name}.py").write_text(BRIDGE.format(name=name))
@@ -174,8 +232,8 @@ def _extension(own: list[Path], libraries: list[Path]) -> Path:
     text = manifest.read_text()
     if "wheels = []" not in text:
         raise Failed("blender_manifest.toml has no line 'wheels = []' to fill")
-    manifest.write_text(text.replace("wheels = []", f"wheels = [\n{listed}]"))
-    result = DIST / f"selenite-{_version()}-extension.zip"
+    lists = f'platforms = ["{platform}"]\nwheels = [\n{listed}]'
+    manifest.write_text(text.replace("wheels = []", lists))
     tool = next(
         (ROOT / ".venv").glob(
             "lib/*/site-packages/bpy/*/scripts/addons_core/bl_pkg/cli/blender_ext.py"
@@ -198,7 +256,7 @@ def _legacy(libraries: list[Path]) -> Path:
             archive.extractall(source / "lib")
     with (source / "__init__.py").open("a") as start:
         start.write(FIND_LIB)
-    result = DIST / f"selenite-{_version()}-blender34-debian.zip"
+    result = DIST / f"{_name()}-blender34-debian.zip"
     _zip(result, [(path, path.relative_to(source.parent)) for path in sorted(source.rglob("*"))])
     return result
 

@@ -7,7 +7,7 @@ import re
 import subprocess
 import tomllib
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 LARGEST_EXTENSION = 40_000_000  # bytes
@@ -55,7 +55,11 @@ def faults_of_module(module: Path) -> list[str]:
     return faults
 
 
-def faults_of_wheel(wheel: Path, scratch: Path) -> list[str]:
+def faults_of_wheel(
+    wheel: Path,
+    scratch: Path,
+    faults_of_module: Callable[[Path], list[str]] = faults_of_module,
+) -> list[str]:
     """The same of a wheel: its contents, and its modules, which are unpacked into `scratch`."""
     faults = []
     with zipfile.ZipFile(wheel) as archive:
@@ -63,13 +67,13 @@ def faults_of_wheel(wheel: Path, scratch: Path) -> list[str]:
         missing = [f"selenite/{name}" for name in IN_WHEEL if f"selenite/{name}" not in names]
         if missing:
             faults.append(f"{wheel.name} lacks {', '.join(missing)}")
-        if extra := [name for name in names if ".so" in name and not name.startswith("selenite/_")]:
+        native = [name for name in names if re.search(r"\.(so|pyd|dll|dylib)\b", name)]
+        if extra := [name for name in native if not name.startswith("selenite/_")]:
             faults.append(f"{wheel.name} carries {_some(sorted(extra))}")
         tag = wheel.name.split("-")[2]
         for module in ("_core", "_image"):
-            found = [
-                n for n in names if re.match(rf"selenite/{module}\.cpython-{tag[2:]}-.*\.so", n)
-            ]
+            wanted = rf"selenite/{module}\.(cpython-|cp){tag[2:]}-.*\.(so|pyd)"
+            found = [name for name in native if re.match(wanted, name)]
             if not found:
                 faults.append(f"{wheel.name} lacks the module {module} for {tag}")
             for name in found:
@@ -96,7 +100,7 @@ def faults_of_extension(extension: Path, tags: Iterable[str]) -> list[str]:
     for tag in tags:
         if not any(Path(name).name.split("-")[2:3] == [tag] for name in wheels):
             faults.append(f"{extension.name} has no wheel of Selenite for {tag}")
-    if loose := [name for name in names if name.endswith(".so")]:
+    if loose := [name for name in names if name.endswith((".so", ".pyd"))]:
         faults.append(f"{extension.name} carries {_some(sorted(loose))} outside a wheel")
     if missing := [name for name in ("__init__.py", "LICENSE") if name not in names]:
         faults.append(f"{extension.name} lacks {', '.join(missing)}")

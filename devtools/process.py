@@ -131,6 +131,12 @@ def write_stamp(stamp: Path, key: str) -> None:
     stamp.write_text(key)
 
 
+def write_if_other(path: Path, text: str) -> None:
+    """Writes a file unless it has this text: its time is that of its last change."""
+    if not path.is_file() or path.read_text() != text:
+        path.write_text(text)
+
+
 @contextmanager
 def alone(what: str) -> Iterator[None]:
     """Keeps two `./dev` of one checkout from doing the same work at the same time."""

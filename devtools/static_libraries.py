@@ -9,18 +9,17 @@ are pinned below. Sources, build trees and results lie in a cache outside the ch
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
 import tarfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import cross
 from process import JOBS, ROOT, Failed, digest, is_stamped, run, say, write_stamp
 
-CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "selenite" / "static"
-PREFIX = CACHE / "prefix"
+CACHE = cross.CACHE / "static"
 KEYRING = Path("/usr/share/keyrings/debian-archive-keyring.gpg")
 # The release whose source packages are asked, after those of the release that runs
 NEWER = "trixie"
@@ -28,19 +27,22 @@ NEWER = "trixie"
 ON, OFF = "ON", "OFF"
 COMMON = {
     "CMAKE_BUILD_TYPE": "Release",
-    "CMAKE_INSTALL_PREFIX": str(PREFIX),
     "CMAKE_INSTALL_LIBDIR": "lib",
-    "CMAKE_PREFIX_PATH": str(PREFIX),
     "CMAKE_POSITION_INDEPENDENT_CODE": ON,
     "CMAKE_C_VISIBILITY_PRESET": "hidden",
     "CMAKE_CXX_VISIBILITY_PRESET": "hidden",
     "CMAKE_VISIBILITY_INLINES_HIDDEN": ON,
-    # A unique symbol would be one for all copies of a library in the process, hidden or not.
-    "CMAKE_CXX_FLAGS": "-fno-gnu-unique -ffunction-sections -fdata-sections",
+    "CMAKE_CXX_FLAGS": "-ffunction-sections -fdata-sections",
     "CMAKE_C_FLAGS": "-ffunction-sections -fdata-sections",
     "BUILD_SHARED_LIBS": OFF,
     "BUILD_TESTING": OFF,
 }
+# A unique symbol would be one for all copies of a library in the process, hidden or not.
+LINUX = {"CMAKE_CXX_FLAGS": f"-fno-gnu-unique {COMMON['CMAKE_CXX_FLAGS']}"}
+# Sources that are compiled together: most of the time is their headers'.
+JOINED = {"CMAKE_UNITY_BUILD": ON, "CMAKE_UNITY_BUILD_BATCH_SIZE": "8"}
+# Headers without a library, of the distribution's packages: nothing in them is of one platform
+HEADERS = ("boost", "eigen3", "fmt", "tsl")
 # Of OpenImageIO: libraries it goes without, formats that Selenite does not read, algorithms
 UNUSED = (
     *("libjpeg-turbo", "FREETYPE", "OPENCOLORIO", "OPENCV", "TBB", "DCMTK", "FFMPEG", "GIF"),
@@ -70,8 +72,73 @@ class Library:
     #: Beginnings of lines that are taken out of a CMake file: sources of what is switched off
     left_out: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     autotools: bool = False
+    #: What is done on top where it is built for another platform: options, texts in files
+    foreign_options: Mapping[str, str] = field(default_factory=dict)
+    foreign_texts: Mapping[str, tuple[tuple[str, str], ...]] = field(default_factory=dict)
 
 
+# What Linux has as libraries of the distribution
+FOREIGN = (
+    Library(
+        "zlib",
+        "1:1.3.dfsg+really1.3.1-1+deb13u1",
+        {
+            "zlib_1.3.dfsg+really1.3.1.orig.tar.gz": (
+                "60dd315c07f616887caa029408308a018ace66e3d142726a97db164b3b8f69fb"
+            ),
+        },
+        foreign_options={"ZLIB_BUILD_EXAMPLES": OFF},
+        foreign_texts={
+            "CMakeLists.txt": (
+                ("add_library(zlib SHARED", "add_library(zlib SHARED EXCLUDE_FROM_ALL"),
+                ("install(TARGETS zlib zlibstatic", "install(TARGETS zlibstatic"),
+            )
+        },
+    ),
+    Library(
+        "libpng1.6",
+        "1.6.39-2+deb12u5",
+        {
+            "libpng1.6_1.6.39.orig.tar.gz": (
+                "a00e9d2f2f664186e4202db9299397f851aea71b36a35e74910b8820e380d441"
+            ),
+            "libpng1.6_1.6.39-2+deb12u5.debian.tar.xz": (
+                "ab14906eda9fddf14cbb1e589b9ba7439c22e233dc3c5e3cf9356c9625565a82"
+            ),
+        },
+        {"PNG_SHARED": OFF, "PNG_TESTS": OFF, "PNG_EXECUTABLES": OFF},
+    ),
+    Library(
+        "libjpeg-turbo",
+        "1:2.1.5-2",
+        {
+            "libjpeg-turbo_2.1.5.orig.tar.gz": (
+                "254f3642b04e309fee775123133c6464181addc150499561020312ec61c1bf7c"
+            ),
+            "libjpeg-turbo_2.1.5-2.debian.tar.xz": (
+                "cdb2433c2f7101345c1ffa14efb943787c675b86354691a32490845fe4bc9237"
+            ),
+        },
+        {
+            # Its assembler code asks for an assembler of its own, and has the same results.
+            "WITH_SIMD": OFF,
+            "ENABLE_SHARED": OFF,
+            "WITH_TURBOJPEG": OFF,
+            # It takes what has no type for a path from here.
+            "CMAKE_INSTALL_LIBDIR:STRING": "lib",
+        },
+    ),
+    Library(
+        "googletest",
+        "1.12.1-0.2",
+        {
+            "googletest_1.12.1.orig.tar.gz": (
+                "81964fe578e9bd7c94dfdb09c8e4d6e6759e19967e397dbea48d1c10e45d0df2"
+            )
+        },
+        {"BUILD_GMOCK": OFF},
+    ),
+)
 LIBRARIES = (
     Library(
         "embree",
@@ -101,6 +168,27 @@ LIBRARIES = (
             "EMBREE_GEOMETRY_USER": OFF,
             "EMBREE_GEOMETRY_GRID": OFF,
             "EMBREE_GEOMETRY_POINT": OFF,
+        },
+        foreign_options={
+            "CMAKE_CXX_FLAGS": f"{COMMON['CMAKE_CXX_FLAGS']} -D_USE_MATH_DEFINES -w",
+            "EMBREE_IGNORE_CMAKE_CXX_FLAGS": OFF,
+            "EMBREE_ISA_AVX": OFF,
+            "EMBREE_ISA_AVX2": OFF,
+            **JOINED,
+        },
+        # Members that are not there: newer compilers look.
+        foreign_texts={
+            "kernels/subdiv/bezier_curve.h": (
+                ('( (" << a.u.lower << ", " << a.u.upper << "), " << a.v0', '( " << a.v0'),
+            ),
+            "kernels/geometry/pointi.h": (('<< line.v0 << ", " ', ""),),
+            "kernels/bvh/bvh_builder.h": (('#include "bvh.h"', '#pragma once\n#include "bvh.h"'),),
+            "kernels/CMakeLists.txt": (("  embree.rc\n", ""),),
+            # Sources that define the same name, each for itself
+            "kernels/common/rtcore.cpp": (("g_mutex", "g_rtcore_mutex"),),
+            "common/lexers/CMakeLists.txt": (
+                ("ADD_LIBRARY(lexers", "SET(CMAKE_UNITY_BUILD OFF)\nADD_LIBRARY(lexers"),
+            ),
         },
         placeholders=("readme.pdf",),
         # Compiled whatever the options say, and three quarters of the time
@@ -193,26 +281,86 @@ LIBRARIES = (
                 "../libtexture/environment.cpp",
             )
         },
+        foreign_options=JOINED,
+        # Of Boost it needs one class with a library: an error text for each thread and reader.
+        # Here no two threads share a reader.
+        foreign_texts={
+            "src/cmake/externalpackages.cmake": (
+                ("set (Boost_COMPONENTS thread)", "set (Boost_COMPONENTS)"),
+            ),
+            **{
+                f"src/libOpenImageIO/image{way}put.cpp": (
+                    ("#include <boost/thread/tss.hpp>", "#include <memory>"),
+                    ("using boost::thread_specific_ptr;\n", ""),
+                    ("thread_specific_ptr<", "std::unique_ptr<"),
+                )
+                for way in ("in", "out")
+            },
+        },
     ),
 )
 
 
-def prefix() -> Path:
-    """Builds what is not there yet; returns the folder to be searched for libraries first."""
+def prefix(platform: cross.Platform | None = None) -> Path:
+    """Builds what is not there yet; returns the folder to be searched for libraries first.
+
+    `platform`: None for the one that this runs on.
+    """
+    place = Place(platform)
+    libraries = LIBRARIES if platform is None else (*FOREIGN, *LIBRARIES)
     before = ""
-    for library in LIBRARIES:
-        key = digest([repr(library), repr(COMMON), _compiler(), before])
-        stamp = CACHE / "stamps" / library.name
+    if platform is not None:
+        cross.ensure(platform)
+        _link_headers(place.prefix / "include")
+    for library in libraries:
+        alone = library.name == "embree"  # it is built on nothing, and nothing on it
+        key = digest(
+            [repr(library), repr(place.settings), _compiler(platform), "" if alone else before]
+        )
+        stamp = place.folder / "stamps" / library.name
         if not is_stamped(stamp, key):
-            _build(library)
+            _build(library, place)
             write_stamp(stamp, key)
-        if library.name != "embree":  # nothing is built on it
-            before = key
-    _take_from_system()
-    return PREFIX
+        before = before if alone else key
+    if platform is None:
+        _take_from_system(place.prefix)
+    return place.prefix
 
 
-def _take_from_system() -> None:
+@dataclass(frozen=True)
+class Place:
+    """Where the libraries of a platform are built, and with which settings of CMake."""
+
+    platform: cross.Platform | None
+
+    @property
+    def folder(self) -> Path:
+        return CACHE if self.platform is None else CACHE / self.platform.name
+
+    @property
+    def prefix(self) -> Path:
+        return self.folder / "prefix"
+
+    @property
+    def settings(self) -> dict[str, str]:
+        own = LINUX if self.platform is None else self.platform.cmake()
+        places = ("CMAKE_INSTALL_PREFIX", "CMAKE_PREFIX_PATH", "CMAKE_FIND_ROOT_PATH")
+        return {**COMMON, **{name: str(self.prefix) for name in places}, **own}
+
+
+def _link_headers(target: Path) -> None:
+    """The distribution's headers of libraries that are nothing else, within reach of the prefix.
+
+    The folder that they lie in has the C library's too, which are those of this system.
+    """
+    target.mkdir(parents=True, exist_ok=True)
+    for name in HEADERS:
+        here = target / name
+        if not here.is_symlink():
+            here.symlink_to(Path("/usr/include") / name)
+
+
+def _take_from_system(target: Path) -> None:
     """The distribution's libpng and libjpeg, with its patches, for use inside a shared object.
 
     They are not compiled for that, but one variable is all that stands against it: `stderr` of the
@@ -222,32 +370,54 @@ def _take_from_system() -> None:
         asked = ["c++", f"-print-file-name={name}"]
         found = subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip()
         rename = ["--redefine-sym", "stderr=selenite_stderr"]
-        run(["objcopy", *rename, found, PREFIX / "lib" / name])
+        run(["objcopy", *rename, found, target / "lib" / name])
 
 
-def _compiler() -> str:
+def _compiler(platform: cross.Platform | None) -> str:
+    if platform is not None:
+        return cross.compiler()
     return subprocess.run(
         ["c++", "--version"], capture_output=True, text=True, check=True
     ).stdout.splitlines()[0]
 
 
-def _build(library: Library) -> None:
-    source, build = CACHE / "src" / library.name, CACHE / "build" / library.name
+def _build(library: Library, place: Place) -> None:
+    source, build = place.folder / "src" / library.name, place.folder / "build" / library.name
     shutil.rmtree(build, ignore_errors=True)
     _unpack(library, source)
+    options = dict(library.options)
+    if place.platform is not None:
+        _replace(library.foreign_texts, source)
+        options |= library.foreign_options
     say(f"building {library.name} {library.version} as a static library (once)")
     if library.autotools:
         build.mkdir(parents=True)
-        options = ["--disable-shared", "--with-pic", f"--prefix={PREFIX}"]
+        words = ["--disable-shared", "--with-pic", f"--prefix={place.prefix}"]
         flags = f"-O2 -DNDEBUG -fvisibility=hidden {COMMON['CMAKE_C_FLAGS']}"
-        run([source / "configure", "--quiet", *options], build, {"CFLAGS": flags})
+        env = {"CFLAGS": flags}
+        if platform := place.platform:
+            words.append(f"--host={platform.host}")
+            tools = {"CC": "clang", "AR": "ar", "RANLIB": "ranlib"}
+            env |= {name: str(platform.tool(tool)) for name, tool in tools.items()}
+        run([source / "configure", "--quiet", *words], build, env)
         run(["make", "--silent", "-C", "src", f"-j{JOBS}", "install"], build)
         run(["make", "--silent", "-C", "include", "install"], build)
         return
-    settings = [f"-D{name}={value}" for name, value in {**COMMON, **library.options}.items()]
+    settings = [f"-D{name}={value}" for name, value in {**place.settings, **options}.items()]
     run(["cmake", "-G", "Ninja", "-S", source, "-B", build, "-Wno-dev", *settings])
     run(["cmake", "--build", build, f"-j{JOBS}"])
     run(["cmake", "--install", build])
+
+
+def _replace(texts: Mapping[str, Sequence[tuple[str, str]]], source: Path) -> None:
+    for name, pairs in texts.items():
+        path = source / name
+        content = path.read_text()
+        for old, new in pairs:
+            if old not in content:
+                raise Failed(f"{path} has no {old!r}, which is to be replaced")
+            content = content.replace(old, new)
+        path.write_text(content)
 
 
 def _unpack(library: Library, target: Path) -> None:

@@ -9,11 +9,12 @@ import math
 import os
 import shutil
 import time
-from dataclasses import dataclass
+from collections.abc import Coroutine, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import gui_test
-from native_tests import run_native
+from native_tests import NativeSuite
 from process import BUILD, PYTHON, ROOT, Failed, alone, run_limited, say, side_by_side
 from tally import REPORTS, Tally, keep_durations, last_durations, read_report
 
@@ -66,15 +67,17 @@ def _run_suites(options: argparse.Namespace) -> int:
     wanted = [name for name in SUITES if _is_wanted(name, options)]
     tallies = {}
     lines = []
-    if "native" in wanted:
-        say("tests: native")
-        tallies["native"] = run_native(options)
-        seconds = time.monotonic() - started
-        lines.append(f"{'native':<10} {tallies['native'].line()} in {seconds:.0f} s")
+    beside = [name for name in wanted if name != "window"]
+    if beside:
+        say(f"tests: {', '.join(beside)}")
+    native = NativeSuite(options) if "native" in wanted else None
     with_pytest = [name for name in wanted if name in PYTEST_SUITES]
-    if with_pytest:
-        say(f"tests: {', '.join(with_pytest)}")
-    ended = _run_side_by_side([run for name in with_pytest for run in PYTEST_SUITES[name](options)])
+    runs = [run for name in with_pytest for run in PYTEST_SUITES[name](options)]
+    ended = _run_side_by_side(runs, native)
+    if native is not None:
+        tallies["native"] = native.tally()
+        took = f"its tests took {native.seconds:.0f} s"
+        lines.append(f"{'native':<10} {tallies['native'].line()}; {took}")
     for name in with_pytest:
         own = [item for item in ended if item.run.suite == name]
         keep_durations(name, {item.run.name: item.seconds for item in own})
@@ -113,13 +116,35 @@ def _suite_of(path: Path) -> str:
 
 @dataclass(frozen=True)
 class Run:
-    """A process of pytest."""
+    """A process of pytest. start: its command, before files and `words`."""
 
     suite: str
-    name: str
-    command: list[str | Path]
-    size: int  # bytes of tests: what takes longer, as long as it has never run
+    start: tuple[str | Path, ...]
+    files: tuple[Path, ...]
+    words: tuple[str, ...]
     limit: float  # seconds
+
+    @property
+    def name(self) -> str:
+        """Of its first file and how many more, as "test_baking_7"; the suite of a folder."""
+        first = self.files[0]
+        if first.is_dir():
+            return self.suite
+        more = len(self.files) - 1
+        return f"{first.stem}_{more}" if more else first.stem
+
+    @property
+    def command(self) -> list[str | Path]:
+        return [*self.start, *self.files, "-o", f"junit_suite_name={self.name}", *self.words]
+
+    @property
+    def is_slow(self) -> bool:
+        """What takes longer than others, as long as it has never run."""
+        return any(path.is_dir() or SLOW in path.read_text() for path in self.files)
+
+    def apart(self) -> list[Run]:
+        """A process for each file."""
+        return [replace(self, files=(path,)) for path in self.files]
 
 
 @dataclass(frozen=True)
@@ -135,17 +160,15 @@ def _python(options: argparse.Namespace) -> list[Run]:
     """pytest of the modules, in one process."""
     files = [path for path in options.files if _suite_of(path) == "python"]
     files = files or [ROOT / "tests" / "python"]
-    words = _pytest_words("python", files, options)
-    return [_run_of("python", "python", [PYTHON, RUN_PYTEST, *words], files, options)]
+    words = _pytest_words(options)
+    return [Run("python", (PYTHON, RUN_PYTEST), tuple(files), words, options.limit)]
 
 
 def _blender(options: argparse.Namespace) -> list[Run]:
-    """pytest with bpy: a process per file, because one process can load one Blender once."""
-    runs = []
-    for path in _blender_files(options):
-        command: list[str | Path] = [PYTHON, RUN_PYTEST, *_pytest_words(path.stem, [path], options)]
-        runs.append(_run_of("blender", path.stem, command, [path], options))
-    return runs
+    """pytest with bpy."""
+    start, words = (PYTHON, RUN_PYTEST), _pytest_words(options)
+    groups = _groups(_blender_files(options))
+    return [Run("blender", start, files, words, options.limit) for files in groups]
 
 
 def _blender34(options: argparse.Namespace) -> list[Run]:
@@ -156,13 +179,23 @@ def _blender34(options: argparse.Namespace) -> list[Run]:
     blender = os.environ.get("SELENITE_BLENDER34") or shutil.which("blender")
     if blender is None:
         raise Failed("no 'blender' found; SELENITE_BLENDER34 may name it")
-    start = [blender, "-b", "--factory-startup", "--python-exit-code", "1"]
-    runs = []
+    start = (blender, "-b", "--factory-startup", "--python-exit-code", "1",
+             "--python", RUN_IN_BLENDER, "--")  # fmt: skip
+    words = _pytest_words(options, "blender34")
+    return [Run("blender34", start, group, words, options.limit) for group in _groups(files)]
+
+
+def _groups(files: list[Path]) -> Iterator[tuple[Path, ...]]:
+    """Files that share a process: most tests take less time than a start of Blender. What is slow
+    has a process of its own, so that no core waits for a long one at the end."""
+    quick = []
     for path in files:
-        words = _pytest_words(path.stem, [path], options, "blender34")
-        command: list[str | Path] = [*start, "--python", RUN_IN_BLENDER, "--", *words]
-        runs.append(_run_of("blender34", path.stem, command, [path], options))
-    return runs
+        if SLOW in path.read_text():
+            yield (path,)
+        else:
+            quick.append(path)
+    for first in range(0, len(quick), FILES):
+        yield tuple(quick[first : first + FILES])
 
 
 def _blender_files(options: argparse.Namespace) -> list[Path]:
@@ -171,30 +204,30 @@ def _blender_files(options: argparse.Namespace) -> list[Path]:
     return sorted((ROOT / "blender_tests").glob("test_*.py"))
 
 
-def _run_of(
-    suite: str, name: str, command: list[str | Path], files: list[Path], options: argparse.Namespace
-) -> Run:
-    return Run(suite, name, command, sum(path.stat().st_size for path in files), options.limit)
-
-
-def _run_side_by_side(runs: list[Run]) -> list[Ended]:
-    """All processes, those that take longest first: no core waits for the end of a suite."""
+def _run_side_by_side(runs: list[Run], native: NativeSuite | None) -> list[Ended]:
+    """All processes, those that take longest first: no core waits for the end of a suite. What
+    never ran may take long."""
     known = {suite: last_durations(suite) for suite in {run.suite for run in runs}}
+    ended: list[Ended] = []
 
-    def expected(run: Run) -> tuple[float, int]:  # what never ran may take long
-        return known[run.suite].get(run.name, math.inf), run.size
+    async def keep(run: Run) -> None:
+        ended.append(await _pytest(run))
 
-    async def run_all() -> list[Ended]:
-        return await side_by_side(_pytest(run) for run in sorted(runs, key=expected, reverse=True))
+    jobs: list[tuple[tuple[float, bool], Coroutine[None, None, None]]] = [
+        ((known[run.suite].get(run.name, math.inf), run.is_slow), keep(run)) for run in runs
+    ]
+    jobs += [((seconds, False), job) for seconds, job in (native.jobs() if native else ())]
+    jobs.sort(key=lambda item: item[0], reverse=True)
 
-    return asyncio.run(run_all())
+    async def run_all() -> None:
+        await side_by_side(job for _, job in jobs)
+
+    asyncio.run(run_all())
+    return ended
 
 
-def _pytest_words(
-    name: str, files: list[Path], options: argparse.Namespace, marker: str = ""
-) -> list[str]:
-    words = [str(path) for path in files]
-    words += ["-p", "no:cacheprovider", "-o", f"junit_suite_name={name}"]
+def _pytest_words(options: argparse.Namespace, marker: str = "") -> tuple[str, ...]:
+    words = ["-p", "no:cacheprovider"]
     if options.k:
         words += ["-k", options.k]
     markers = [marker] if marker else []
@@ -202,19 +235,24 @@ def _pytest_words(
         markers.append("not slow")
     if markers:
         words += ["-m", " and ".join(markers)]
-    return [*words, *options.extra]
+    return (*words, *options.extra)
 
 
 async def _pytest(run: Run) -> Ended:
-    """Runs pytest and shows what it printed when it has ended, so that no two are mixed."""
+    """Runs pytest and shows what it printed when it has ended, so that no two are mixed. Files that
+    shared a process which crashed or hung run again apart: the fault is that of one of them."""
     name = run.name if run.suite == run.name else f"{run.suite}.{run.name}"
     report, log = REPORTS / f"{name}.xml", REPORTS / f"{name}.log"
     command = [*run.command, f"--junit-xml={report}"]
     begun = time.monotonic()
     status = await run_limited(command, run.limit, _environment(name), log)
-    seconds = time.monotonic() - begun
     print(log.read_text(errors="replace"), end="", flush=True)
-    return Ended(run, read_report(report, status), seconds)
+    if status in PYTEST_ENDS or len(run.files) == 1:
+        tally = read_report(report, status)
+    else:
+        say(f"{name} ended with status {status}: its files run again, each alone")
+        tally = sum([(await _pytest(one)).tally for one in run.apart()], Tally())
+    return Ended(run, tally, time.monotonic() - begun)
 
 
 def _environment(name: str) -> dict[str, str]:
@@ -232,5 +270,9 @@ def _environment(name: str) -> dict[str, str]:
 
 PYTEST_SUITES = {"python": _python, "blender": _blender, "blender34": _blender34}
 SUITES = ("native", *PYTEST_SUITES, "window")
+#: A file with this has a process of its own; how many of the others share one.
+SLOW, FILES = "mark.slow", 8
+#: All passed, some failed, none chosen: else pytest has not come to its end.
+PYTEST_ENDS = (0, 1, 5)
 #: What of ./dev gui-test is part of every run takes at most so long.
 WINDOW_SECONDS = 60

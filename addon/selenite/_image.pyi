@@ -63,7 +63,7 @@ def read_at_size(
     corners: ArrayLike | None = None,
     within: NDArray[np.bool_] | None = None,
 ) -> tuple[
-    NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], PhotoInfo, list[CountedInfo]
+    NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], PhotoInfo, list[CountedInfo]
 ]: ...
 def resize(pixels: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]: ...
 def write_exr(

@@ -5,16 +5,38 @@ from __future__ import annotations
 
 import os
 import secrets
+import time
 from collections.abc import Mapping
 from pathlib import Path
 
 from .json_text import json_text
+
+_WINDOWS = os.name == "nt"
+_PATIENCE = 3.0
 
 
 def partial_name(path: Path) -> Path:
     """Of a file until it is whole, in the same folder: hidden, its own, and short, as that of
     `path` may be as long as a file system permits."""
     return path.with_name(f".selenite-{secrets.token_hex(8)}.partial")
+
+
+def take_place(partial: Path, target: Path) -> None:
+    """Renames a file or folder; a file that was there is gone. Raises OSError.
+
+    Windows refuses that while another program has either open, as those do that look for viruses
+    or copy to a cloud: it is tried again for `_PATIENCE` seconds.
+    """
+    ends = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            partial.replace(target)
+        except PermissionError:
+            if not _WINDOWS or time.monotonic() > ends:
+                raise
+            time.sleep(0.05)
+        else:
+            return
 
 
 def write_bytes(path: Path, data: bytes) -> None:
@@ -25,7 +47,7 @@ def write_bytes(path: Path, data: bytes) -> None:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-        partial.replace(path)
+        take_place(partial, path)
     finally:
         partial.unlink(missing_ok=True)
 

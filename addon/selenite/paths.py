@@ -17,6 +17,10 @@ from pathlib import Path
 MISSING = "it does not exist"
 #: Bytes of a file's name that file systems permit, and of a stem: endings follow it.
 _LONGEST_NAME, _LONGEST_STEM = 255, 150
+#: Names that are devices on Windows, whatever follows their first dot.
+_DEVICES = frozenset(
+    ("con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10)))
+)
 
 
 def is_folder(path: Path) -> bool:
@@ -120,7 +124,8 @@ def file_stems(names: Iterable[str]) -> dict[str, str]:
 def _cleaned(text: str) -> str:
     name = "".join(c if c.isalnum() or c in "-_.#" else "_" for c in text)
     name = name.encode()[:_LONGEST_STEM].decode(errors="ignore")
-    return name.lstrip(".") or "_"  # a leading dot would hide the file
+    name = name.lstrip(".") or "_"  # a leading dot would hide the file
+    return f"_{name}" if name.partition(".")[0].casefold() in _DEVICES else name
 
 
 def _folded(text: str) -> str:

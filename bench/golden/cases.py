@@ -188,8 +188,6 @@ _ALL = (
     ),
     _fit("stages of a file", "Body:base_color,roughness", "--stages={inputs}/stages.json"),
     _fit("stages ior-last", "Body:base_color,ior", "--stages=ior-last", "--iterations=10"),
-    _fit("stages auto", "Body:base_color,roughness,ior", "--stages=auto", "--iterations=10",
-         group=INFORMATION),
     _fit("cameras and masks", "Body:base_color,roughness", *_CAMERAS, *_MASKS, photo="-"),
     _fit("portrait", "Body:base_color", scene="portrait"),
     _fit("cut pixels", "Body:base_color", "--height=13", "--depth=3", photo="large"),

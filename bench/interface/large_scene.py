@@ -12,9 +12,10 @@ import bpy
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "blender_tests" / "gui"))
-from _driving import in_window, made, press_escape, run, window  # noqa: E402
+from _driving import in_window, made, press_escape, run, running, window  # noqa: E402
 
 from selenite.interface import panels, state  # noqa: E402
+from selenite.interface.running.run import FittingPhase, ReadingPhase  # noqa: E402
 
 TICK = 0.1
 FACES, HEIGHT, ITERATIONS, MODIFIER, REPEAT = (
@@ -138,10 +139,10 @@ def start():
     began = time.monotonic()
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
     print(f"Start answered after {time.monotonic() - began:.2f} s", flush=True)
-    while state.RUN.reading is not None:
+    while _reads():
         yield 0.02
     TICKS.enter("preparing")
-    while state.RUN.is_active and state.RUN.progress is None:
+    while state.RUN.is_active and not running():
         yield 0.02
     assert state.RUN.is_active, state.PROBLEMS
     print(f"read and prepared after {time.monotonic() - began:.1f} s", flush=True)
@@ -170,8 +171,13 @@ def pressed(phase, operator):
 
 def _is_cancelled():
     """Whether the panel says so of what is being read."""
-    run_reading = state.RUN.reading
-    return state.READING.is_cancelled or (run_reading is not None and run_reading.is_stopped)
+    phase = state.RUN.phase
+    return state.READING.is_cancelled or (_reads() and phase.job.is_stopped)
+
+
+def _reads():
+    """Whether Blender's thread evaluates the scene for a fit."""
+    return isinstance(state.RUN.phase, ReadingPhase)
 
 
 def steps():
@@ -199,7 +205,7 @@ def steps():
         TICKS.enter("after Cancel")
         yield 2.0
     yield from start()
-    while state.RUN.job is not None and state.RUN.finishing is None:
+    while isinstance(state.RUN.phase, FittingPhase):
         yield 0.02
     TICKS.enter("finishing")
     while state.RUN.is_active:
@@ -219,7 +225,7 @@ def steps():
         operator = bpy.ops.selenite.refresh_rows if name == "Refresh" else bpy.ops.selenite.start
         in_window(operator, "INVOKE_DEFAULT")
         yield 0.3
-        reads = state.READING.job is not None or state.RUN.reading is not None
+        reads = state.READING.job is not None or _reads()
         began = time.monotonic()
         press_escape()
         while reads and not _is_cancelled() and not state.is_idle():

@@ -31,14 +31,17 @@ COATED = ("coat",)
 BY_ALPHA = ("thesis-medium-alpha",)
 #: The dragon as it was: the base colour is an image, unknown beside the scalars of `thesis-camera`.
 TEXTURED = ("thesis-texture",)
+#: Random bodies whose base colour is that image; transmissions spread from 0 to 1 over five seeds.
+PATTERNED = ("patterned",)
 #: Kinds of cases; those of the default run are KINDS. Random numbers go by the place of a kind.
-ALL_KINDS = (*KINDS, *FAILURES, *HARD, *COATED, *BY_ALPHA, *TEXTURED)
+ALL_KINDS = (*KINDS, *FAILURES, *HARD, *COATED, *BY_ALPHA, *TEXTURED, *PATTERNED)
 #: Albedo of every voxel at the start.
 GRID_START = 0.5
 #: sRGB code value of every texel at the start.
 IMAGE_START = 0.5
 #: Texels a side of the true image, and of one of its patches.
 IMAGE_SIZE, PATCH_SIZE = 64, 8
+_SHARES = 5
 
 
 @dataclass(frozen=True)
@@ -121,6 +124,12 @@ def make(kind: str, seed: int) -> Case:
         start = _random_medium(random)
         if seed % 2 == 0:  # the dark start of the thesis
             start = {"albedo": (0.01,) * 3, "extinction": (9.8,) * 3} | _values(_DARK)
+    elif kind in PATTERNED:
+        cameras, image = 4, _patches()
+        share = seed % _SHARES
+        target = _random_surface(random, (share / _SHARES, (share + 1) / _SHARES))
+        del target["base_color"]
+        start = _values(_DARK | {"transmission": 0.02})
     elif kind in COATED:
         target, start = _random_coat(random), _random_coat(random)
         fixed = {"coat_weight": 1.0}

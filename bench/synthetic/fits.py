@@ -90,8 +90,8 @@ def ended(job: Fit, name: str) -> tuple[FitResult, float]:
     job.join()
     cpu = time.process_time() - begin
     result = job.result()
-    if result.error:
-        raise RuntimeError(f"{name}: {result.error}")
+    if result.problems:
+        raise RuntimeError(f"{name}: {'; '.join(item.cause for item in result.problems)}")
     return result, cpu
 
 

@@ -71,7 +71,8 @@ def running():
     """The native thread of a fit works and a tick has seen it."""
     from selenite.interface import state
 
-    progress = state.RUN.progress
+    fitting = state.RUN.fitting
+    progress = fitting.progress if fitting is not None else None
     return progress is not None and progress.iteration > 1
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Estimate and automatic stages in a real window: progress, Esc, what is shown, the fit after."""
+"""Estimate in a real window: progress, Esc, what is shown."""
 
 import bpy
 from _driving import in_window, made, photographed, picture, press_escape, run
@@ -32,21 +32,6 @@ def steps():
     picture("estimated")
     (lines,) = state.EXPECTED.values()
     assert lines[1].startswith("Balanced: about") and "Base Color of Hidden" in lines[1]
-    settings = bpy.context.scene.selenite
-    settings.stage_mode = "auto"
-    in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
-    yield lambda: state.STAGES.job is not None
-    assert state.RUN.job is None
-    press_escape()
-    yield state.is_idle
-    assert state.RUN.job is None, "Esc starts no fit"
-    in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
-    yield lambda: state.RUN.result is not None and not state.RUN.is_active
-    yield 0.5
-    picture("staged")
-    names = [stage.name for stage in state.RUN.result.fit.stages]
-    assert names == ["search", "without Base Color of Hidden", "everything"]
-    assert state.RUN.plan.request.staging.startswith("Base Color of Hidden last")
 
 
 run(steps, panels, {panels.SELENITE_PT_fit})

@@ -127,7 +127,7 @@ def steps():
     picture("4_running")
     fractions = []
     while state.RUN.is_active:
-        fractions.append(state.RUN.shown.fraction)
+        fractions.append(state.RUN.phase.fraction)
         yield 0.2
     bpy.app.timers.unregister(count_ticks)
     assert fractions == sorted(fractions), "progress never runs backwards"

@@ -142,7 +142,7 @@ def steps():
 
     begin = time.perf_counter()
     press_escape()
-    yield lambda: state.RUN.job is None
+    yield lambda: state.RUN.fitting is None
     print(f"Esc was answered in {time.perf_counter() - begin:.2f} s at most (asked each 0.1 s)")
     yield lambda: not VIEW.renderer.busy
     yield 1.0

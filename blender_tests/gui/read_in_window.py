@@ -7,6 +7,7 @@ import bpy
 from _driving import FOLDER, geometry, in_window, made, photographed, picture, press_escape, run
 
 from selenite.interface import panels
+from selenite.interface.running.run import ReadingPhase
 from selenite.interface.state import READING, RUN, TRADE, is_idle
 from selenite.scene_read.scene import read_scene
 
@@ -114,7 +115,7 @@ def steps():
     before = state()
 
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
-    assert RUN.reading is not None, "Blender's thread reads the scene"
+    assert isinstance(RUN.phase, ReadingPhase), "Blender's thread reads the scene"
     yield lambda: not RUN.is_active  # there is no photo
     assert state() == before
 

@@ -1,10 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An own list of stages in the panel, its run, a remark below it, and a run that goes on."""
 
-import json
-
 import bpy
-from _driving import ENDLESS, FOLDER, in_window, made, photographed, picture, press_escape, run
+from _driving import (
+    ENDLESS,
+    FOLDER,
+    in_window,
+    made,
+    photographed,
+    picture,
+    press_escape,
+    run,
+    running,
+)
 
 from selenite.interface import panels, state
 
@@ -27,8 +35,9 @@ def prepare():
 
 def second_stage():
     """The first stage has ended, and a tick has seen remarks on the second one."""
-    progress, job = state.RUN.progress, state.RUN.job
-    return progress is not None and progress.stage == 1 and bool(job.newest_notes)
+    fitting = state.RUN.fitting
+    progress = fitting.progress if fitting is not None else None
+    return progress is not None and progress.stage == 1 and bool(fitting.job.newest_notes)
 
 
 def steps():
@@ -40,20 +49,20 @@ def steps():
     yield second_stage
     yield 2.5  # the state goes to disk
     picture("second stage")
-    folder = state.RUN.recorder.folder
+    folder = state.RUN.fitting.recorder.folder
     assert (folder / "state.json").is_file()
-    state.RUN.recorder = None  # as if Blender had ended here
+    state.RUN.fitting.recorder = None  # as if Blender had ended here
     press_escape()
     yield lambda: not state.RUN.is_active
-    assert [stage.iterations > 0 for stage in state.RUN.result.fit.stages] == [True, True]
+    assert [stage.iterations > 0 for stage in state.RUN.done.result.fit.stages] == [True, True]
     yield 0.5
     picture("remarks")
 
-    run_file = folder / "run.json"
-    asked = json.loads(run_file.read_text(encoding="utf-8"))
-    asked["stages"][1]["iterations"] = 1
-    run_file.write_text(json.dumps(asked), encoding="utf-8")
     in_window(bpy.ops.selenite.resume, "EXEC_DEFAULT", directory=str(folder))
+    yield lambda: running() or not state.RUN.is_active
+    assert state.RUN.is_active, state.PROBLEMS
+    assert state.RUN.fitting.progress.stage == 1, "the first stage is not fitted again"
+    press_escape()
     yield lambda: not state.RUN.is_active
     assert len(settings.results) == 2
     yield lambda: not folder.exists()  # its record is closed by a thread

@@ -18,7 +18,7 @@ constexpr float kGamutTolerance = 0.01f;  // of the largest channel
 constexpr float kNoiseBelowZero = 0.02f;  // of the picture's bright level
 constexpr double kBrightLevel = 0.999;    // quantile of the values above 0
 
-/// 0 where no value is below 0: nothing tells of such noise then.
+/// 0 where no value is below 0: nothing shows such noise then.
 float depth_of_noise(const Samples& samples) {
   const auto* values = std::get_if<std::vector<float>>(&samples.values);
   if (values == nullptr) return 0;

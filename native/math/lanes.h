@@ -15,7 +15,7 @@
 
 // Eight numbers side by side, one for each of eight paths that are traced in lockstep, behind the names
 // that a single number answers to. A branch on them is a mask: `select` takes from both sides, `any`
-// tells whether a side is needed at all. For a plain number a mask is a bool, so that code in these
+// is whether a side is needed at all. For a plain number a mask is a bool, so that code in these
 // words is compiled for one path and for eight.
 namespace selenite {
 

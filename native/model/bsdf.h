@@ -29,7 +29,7 @@ class PrincipledBsdf {
 
  public:
   /// Of a Principled<U>, or of what makes a `Layers<T>` of other weights when it is called with the
-  /// viewer's cosine to the bent normal.
+  /// viewer's cosine to the bent normal, which may face away from the viewer.
   template <class Source>
   PrincipledBsdf(const Source& material, const Flavour& flavour, const SurfacePoint<S>& point,
                  const mask_t<S>& active = true)
@@ -39,13 +39,14 @@ class PrincipledBsdf {
         cos_i_(clamp(wi_.z, S(1e-7), S(1))),
         layers_([&]() -> Layers<T> {
           if constexpr (std::is_invocable_v<const Source&, S>)
-            return material(cos_i_);
+            return material(wi_.z);
           else
-            return {material, flavour, point, cos_i_, active};
+            return {material, flavour, point, wi_.z, active};
         }()),
         active_(active),
         skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin),
-        unphysical_(flavour.evaluate_unphysical_refraction) {
+        unphysical_(flavour.evaluate_unphysical_refraction),
+        blender5_(flavour.blender5) {
     const S tan2 = tangent2(wi_);
     const auto lambda = [tan2](const R& width2) { return ggx_lambda(tan2, width2); };
     const R singular = static_cast<R>(layers_.version1 ? kSingularWidth2V1 : kSingularWidth2);
@@ -110,7 +111,7 @@ class PrincipledBsdf {
     const BsdfSample<T> s = draw(u_lobe, u1, u2);
     return s.exists ? std::optional(s) : std::nullopt;
   }
-  /// The same; `exists` tells whether there is a direction, of each lane.
+  /// The same; `exists`: whether each lane has a direction.
   BsdfSample<T> draw(S u_lobe, S u1, S u2) const;  // bsdf_sampling.h
 
   /// Radiance emitted towards the viewer, W/(m^2 sr).
@@ -162,9 +163,10 @@ class PrincipledBsdf {
     });
     if (!base_.spreads && !through_.spreads && !coat_.spreads) return;
     const Vec3<S> o = frame_.to_local(wo);
-    // A direction above the bent normal's horizon but behind the surface, or the other way round,
-    // belongs to neither side, unless a lobe has drawn it: as in Cycles 4.5.
-    const mask_t<S> below = dot(point_.ng, wo) < S(0);
+    // Light that is not drawn lies on the side of the interpolated normal, as in Cycles: where that of
+    // the bent one is the other, on neither.
+    const mask_t<S> below = select(drawn.known, mask_t<S>(dot(point_.ng, wo) < S(0)),
+                                   mask_t<S>(dot(point_.interpolated(), wo) < S(0)));
     const mask_t<S> astray = below ^ (o.z < S(0));
     const mask_t<S> sided = faced() & (o.z != S(0)) & (drawn.known | !astray);
     if (const mask_t<S> behind = sided & below; through_.spreads && active_.some(behind))
@@ -363,6 +365,7 @@ class PrincipledBsdf {
   bool skin_;
   Width base_, through_, coat_;
   bool unphysical_;
+  bool blender5_;
   /// By which the two widths turn: 0, with its derivatives. `SurfaceBsdf` sets it.
   std::conditional_t<kTwists, T, std::tuple<>> twist_{};
 };

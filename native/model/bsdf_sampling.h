@@ -136,7 +136,9 @@ inline BsdfSample<T> PrincipledBsdf<T>::weigh(const Proposal& proposal) const {
   const S height = dot(point_.ng, proposal.wo);
   const Mask behind = height < S(0);
   const Mask before = select(singular, height > S(0), Mask(!behind));
-  const Mask exists = proposal.exists & select(transmits, behind, before);
+  Mask exists = proposal.exists & select(transmits, behind, before);
+  if (blender5_)  // which draws on the same side of the bent normal
+    exists = exists & (proposal.diffuse | !(transmits ^ (dot(frame_.n, proposal.wo) < S(0))));
   Color<T> f{};
   if (active_.some(exists & !singular)) evaluate<true, true>(s.wo, proposal.drawn, f, s.density);
   if (active_.some(exists & singular)) weigh_singular(proposal, f, s.density);

@@ -114,8 +114,21 @@ struct MetalFresnel {
   template <class C>
   auto at(const C& c) const {
     using R = decltype(f0.r * c);
-    const C q = 1 - c, q5 = q * q * q * q * q;
-    return map(f0 * C(1 - q5) + Color<R>(R(q5)) - bump * C(c * q5 * q), clamp01<R>);
+    return Color<R>(curve(f0.r, bump.r, c), curve(f0.g, bump.g, c), curve(f0.b, bump.b, c));
+  }
+  /// Of one channel.
+  template <class X, class C>
+  static auto curve(const X& f0, const X& bump, const C& c) {
+    using R = decltype(f0 * c);
+    const C q = C(1) - c, q5 = q * q * q * q * q;
+    return clamp01(R(f0 * C(C(1) - q5) + R(q5) - bump * C(c * q5 * q)));
+  }
+  /// The bump of the curve from f0 through `edge` at cosine 1/7.
+  template <class X>
+  static X bump_of(const X& f0, const X& edge) {
+    using S = scalar_t<X>;
+    const S f = S(6) / 7, f5 = f * f * f * f * f;
+    return (f0 + (X(1) - f0) * f5 - edge) * (S(7) / (f5 * f));
   }
   /// Cosine-weighted mean over the hemisphere (without the clamp).
   Color<T> mean() const {

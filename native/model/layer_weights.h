@@ -39,9 +39,10 @@ struct LayerWeights {
   U width2{}, coat_width2{};     ///< squared GGX widths
   U through_width2{};            ///< of the refraction, which version 1 may make wider
   Gloss<T> specular, glass, coat;
-  /// What films make of the specular lobe and of glass.
+  /// What films make of the specular lobe, of glass and of metal.
   std::conditional_t<kIsLanes<S>, std::tuple<>, std::optional<FilmedInterface<T>>> specular_film,
       glass_film;
+  std::conditional_t<kIsLanes<S>, std::tuple<>, std::optional<FilmedMetal<T>>> metal_film;
   MetalFresnel<U> metal;
   std::conditional_t<kIsLanes<S>, std::tuple<>, TopLobes<T>> top;
   std::array<Color<T>, kTopLobes> top_weight{};  ///< of each, its albedo included
@@ -173,12 +174,17 @@ struct LayerWeights {
       if (specular_film) return specular_film->reflect(specular, T(cos_m));
     return specular.at(cos_m);
   }
+  Color<T> metal_at(S cos_m) const {
+    if constexpr (!kIsLanes<S>)
+      if (metal_film) return metal_weight * metal_film->at(cos_m);
+    return metal_weight * metal.at(cos_m);
+  }
   /// Weighted Fresnel terms of the reflections that share the base roughness.
   Color<T> base_reflectance(S cos_m) const {
     Color<T> sum{};
     if (has(kSpecular)) sum += specular_at(cos_m);
     if (has(kGlass) && !glass_apart()) sum += glass_at(cos_m);
-    if (has(kMetal)) sum += metal_weight * metal.at(cos_m);
+    if (has(kMetal)) sum += metal_at(cos_m);
     return sum;
   }
   /// Probability of drawing one of them, given the micronormal.

@@ -31,14 +31,16 @@ struct Layers : LayerWeights<T> {
       Weights::through_width2, Weights::top, Weights::top_weight, Weights::transparency,
       Weights::version1, Weights::width2;
 
-  /// cos_i: viewer's cosine to the bent normal of the specular lobes, > 0. active: the lanes that
-  /// decide whether a lobe is there.
-  Layers(const Principled<U>& m, const Flavour& flavour, const SurfacePoint<S>& point, S cos_i,
+  /// cos_n: viewer's cosine to the bent normal of the specular lobes. active: the lanes that decide
+  /// whether a lobe is there.
+  Layers(const Principled<U>& m, const Flavour& flavour, const SurfacePoint<S>& point, S cos_n,
          const mask_t<S>& active, const U& anisotropy = U(0), const ThinFilm<U>& film = {})
-      : cos_i_(cos_i),
+      : cos_i_(lobe_cosine(cos_n)),
+        cos_slant_(lobe_cosine(abs_of(cos_n))),
         active_(active),
         compensate_(flavour.distribution == Flavour::Distribution::kMultiGgx),
-        skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin) {
+        skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin),
+        blender5_(flavour.blender5) {
     version1 = flavour.version == Flavour::Version::kV1;
     const U alpha = clamp01(m.alpha);
     transparency = Color<U>(U(1) - alpha);
@@ -47,8 +49,8 @@ struct Layers : LayerWeights<T> {
     if constexpr (!kIsLanes<S>) {
       mirror_roughness_ = this->stretch_by(roughness, anisotropy);
       if (this->stretched) width2 = square(square(mirror_roughness_));
-      filmed_ = value_of(film.thickness) > kThinnestFilm || has_slope(film.thickness);
-      if (filmed_) film_ = {film.thickness, max(film.ior, T(S(1e-5)))};
+      filmed_ = is_there(film);
+      film_ = film;
     }
     if (version1) {
       stack_version1(m, alpha, point.backfacing);
@@ -71,11 +73,13 @@ struct Layers : LayerWeights<T> {
 
  protected:
   /// Without lobes: closure_layers.h adds those of other closures.
-  Layers(const Flavour& flavour, S cos_i) requires(!kIsLanes<T>)
-      : cos_i_(cos_i),
+  Layers(const Flavour& flavour, S cos_n) requires(!kIsLanes<T>)
+      : cos_i_(lobe_cosine(cos_n)),
+        cos_slant_(lobe_cosine(abs_of(cos_n))),
         active_(true),
         compensate_(flavour.distribution == Flavour::Distribution::kMultiGgx),
-        skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin) {
+        skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin),
+        blender5_(flavour.blender5) {
     using Distribution = Flavour::Distribution;
     if (flavour.distribution == Distribution::kBeckmann)
       this->micronormals = Micronormals::kBeckmann;
@@ -126,6 +130,12 @@ struct Layers : LayerWeights<T> {
   // Share of the samples given to a lobe that carries derivatives, however dark it is.
   static constexpr R kSlopeShare = R(0.1);
 
+  /// Cosines are those of micronormals from this on: no lobe of them is seen from behind.
+  static S lobe_cosine(const S& cos_n) { return clamp(cos_n, S(1e-7), S(1)); }
+  static S abs_of(const S& x) {
+    using std::abs;
+    return abs(x);
+  }
   static U nonnegative(const U& x) { return max(x, U(0)); }
   template <class X>
   bool matters(const X& weight) const {
@@ -245,7 +255,7 @@ struct Layers : LayerWeights<T> {
     using std::sqrt;
     const U n = max(m.coat_ior, U(1));
     // Length of the refracted ray through a coat of thickness 1: 1 / cos_t, n cos_t = sqrt(e + c^2).
-    const T path = n / sqrt((n - U(1)) * (n + U(1)) + T(cos_i_ * cos_i_));
+    const T path = n / sqrt((n - U(1)) * (n + U(1)) + T(cos_slant_ * cos_slant_));
     return map(m.coat_tint, [&](const U& t) -> T {
       return U(1) - coat_weight + coat_weight * tint_power(nonnegative(t), path);
     });
@@ -262,9 +272,17 @@ struct Layers : LayerWeights<T> {
           map(metal.mean(), [&](const U& f) { return weight * compensation(f, e, e_mean); });
     }
     present[kMetal] = true;
-    estimate_[kMetal] = value_of(weight) * value_of(mean_channel(metal.at(cos_i_)));
     carries_slope_[kMetal] = active_.move(metal_weight) || has_slope(metal.f0) ||
                              has_slope(metal.bump) || has_slope(width2) || this->stretch_moves();
+    if constexpr (!kIsLanes<S>)
+      if (filmed_ && blender5_) {
+        this->metal_film.emplace(film_, metal);
+        estimate_[kMetal] = value_of(mean_channel(this->metal_film->at(cos_i_)));
+        estimate_[kMetal] *= value_of(weight);
+        if (this->metal_film->moves()) carries_slope_[kMetal] = true;
+        return;
+      }
+    estimate_[kMetal] = value_of(weight) * value_of(mean_channel(metal.at(cos_i_)));
   }
 
   void add_glass(const Principled<U>& m, const U& roughness, const U& ior, bool backfacing,
@@ -294,11 +312,7 @@ struct Layers : LayerWeights<T> {
     if (has_slope(f0)) glass_least = R(0.05);
     if (has_slope(tint)) glass_most = R(0.95);
     if constexpr (!kIsLanes<S>) {
-      if (filmed_) {
-        const ThinFilm<T> seen{film_.thickness, backfacing ? film_.ior * eta : film_.ior};
-        glass_film.emplace(seen, eta, d.normal, tint);
-        glass_least = max(glass_least, R(0.05)), glass_most = min(glass_most, R(0.95));
-      }
+      if (filmed_) film_glass(film_, backfacing, d.normal, tint);
     }
     present[kGlass] = true;
     const S rise = glass.rise.value_at(cos_i_);
@@ -308,6 +322,14 @@ struct Layers : LayerWeights<T> {
         moves(glass) || active_.move(glass_through) || has_slope(eta) || has_slope(width2);
     if constexpr (!kIsLanes<S>)
       if (glass_film && glass_film->moves()) carries_slope_[kGlass] = true;
+  }
+
+  /// Puts a film on glass, between its inside and the viewer's side of it.
+  void film_glass(const ThinFilm<T>& film, bool backfacing, const T& normal,
+                  const Color<T>& tint) requires(!kIsLanes<T>) {
+    const ThinFilm<T> seen{film.thickness, backfacing ? film.index() * eta : film.index()};
+    glass_film.emplace(seen, blender5_, eta, normal, tint);
+    glass_least = max(glass_least, R(0.05)), glass_most = min(glass_most, R(0.95));
   }
 
   /// Interface whose reflectance at normal incidence is given; the far side may be the thinner one.
@@ -347,14 +369,14 @@ struct Layers : LayerWeights<T> {
   /// Takes from w what the film reflects at the viewer's cosine, not at the micronormals, as Cycles.
   void add_filmed_specular(const Principled<T>& m, const T& roughness, const Dielectric<T>& d,
                            T& w) requires(!kIsLanes<T>) {
-    specular_film.emplace(film_, d.eta, d.normal);
+    specular_film.emplace(film_, blender5_, d.eta, d.normal);
     specular.rise = DielectricRise<T>(d.excess);
     for (int c = 0; c < 3; ++c) {
       const auto terms = reflection<T>(roughness, d, nonnegative(m.specular_tint[c]), compensate_);
       specular.flat[c] = terms[0];
       specular.risen[c] = terms[1];
     }
-    Color<T> seen = specular_film->reflect(specular, T(cos_i_));
+    Color<T> seen = specular_film->reflect(specular, T(cos_slant_));
     if (compensate_) seen = seen * AlbedoTables::get().mirror(roughness, cos_i_);
     T reflected(0);
     for (int c = 0; c < 3; ++c)
@@ -384,13 +406,13 @@ struct Layers : LayerWeights<T> {
     carries_slope_[kDiffuse] = active_.move(diffuse) || has_slope(roughness);
   }
 
-  /// The channels that scatter under the surface; the others, and all of them after a diffuse
-  /// scattering, are reflected diffusely. `subsurface` is the lobe's weight without its colour.
+  /// The channels that scatter under the surface; the others, and before Blender 5 all of them after a
+  /// diffuse scattering, are reflected diffusely. `subsurface` is the lobe's weight without its colour.
   void add_subsurface(const Principled<U>& m, const T& weight,
                       bool after_diffuse) requires(!kIsLanes<T>) {
     const Color<T> base = base01(m);
     for (int c = 0; c < 3; ++c) {
-      if (after_diffuse || !scatters_under(m, c))
+      if ((after_diffuse && !blender5_) || !scatters_under(m, c))
         diffuse[c] += base[c] * weight;
       else
         subsurface[c] = weight;
@@ -421,9 +443,10 @@ struct Layers : LayerWeights<T> {
 
   static constexpr R kLeastAmplitude = R(1e-4);
 
-  S cos_i_;
+  S cos_i_;      ///< as lobes see it
+  S cos_slant_;  ///< of the ray alone, also where the bent normal faces away from the viewer
   ActiveLanes<S> active_;
-  bool compensate_, skin_;
+  bool compensate_, skin_, blender5_;
   /// Of metal and the specular lobe.
   std::conditional_t<kIsLanes<S>, std::tuple<>, T> mirror_roughness_{};
   bool filmed_ = false;

@@ -29,6 +29,9 @@ struct Flavour {
   /// Cycles renders: `value` and `density` then include those pairs, so the density integrates to
   /// more than one on rough glass. False keeps what sampling can reach, and the density normalised.
   bool evaluate_unphysical_refraction = true;
+  /// As the Cycles of Blender 5: films have other colours and lie on metal as well, conductors have
+  /// Fresnel's equations, and light that was scattered diffusely goes under surfaces, too.
+  bool blender5 = false;
 };
 
 /// Values of Blender's Principled BSDF node, without anisotropy and thin film.

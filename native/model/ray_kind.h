@@ -5,7 +5,7 @@
 
 namespace selenite {
 
-/// What a ray is to the objects and lights on its way, as Blender's ray visibility tells rays apart: by
+/// What a ray is to the objects and lights on its way, as Blender's ray visibility distinguishes rays: by
 /// the scattering that it comes from. A ray that goes straight through a surface stays what it was.
 enum RayKind : std::uint8_t {
   kCameraRay = 1,

@@ -9,13 +9,20 @@ namespace selenite {
 template <class S>
 struct SurfacePoint {
   Vec3<S> ng;       ///< geometric normal on the viewer's side: dot(ng, wi) > 0
-  Vec3<S> n;        ///< interpolated shading normal, flipped whenever ng was
+  Vec3<S> n;        ///< shading normal, flipped whenever ng was
   Vec3<S> wi;       ///< towards the viewer
   bool backfacing;  ///< the geometric face is seen from behind: glass is left, not entered
   /// The path has been scattered diffusely before: subsurface scattering is rendered as diffuse
   /// reflection, as in Cycles.
   bool after_diffuse = false;
   Vec3<S> tangent{};  ///< of micronormals of two widths: the x axis lies in its plane; 0: none
+  Vec3<S> smooth{};   ///< the interpolated normal where n is another, as of a bump; 0: n
+
+  const Vec3<S>& interpolated() const {
+    if constexpr (!kIsLanes<S>)
+      if (dot(smooth, smooth) > S(0)) return smooth;
+    return n;
+  }
 };
 
 /// The frame of the bent normal n.

@@ -2,6 +2,7 @@
 #include <pybind11/pybind11.h>
 
 #include "math/error.h"
+#include "math/instruction_set.h"
 #include "model/tables/albedo_tables.h"
 #include "module/bindings.h"
 #include "module/problem_binding.h"
@@ -38,7 +39,7 @@ void self_test() {
 /// on top, and are chosen where the processor has it.
 void check_processor() {
 #if defined(__GNUC__) && defined(__x86_64__)
-  if (!__builtin_cpu_supports("sse4.2"))
+  if (!has_sse42())
     throw py::import_error(
         "selenite._core: this processor has no SSE4.2, which x86-64 processors have had since "
         "2008; Selenite needs a newer one.");
@@ -72,7 +73,7 @@ PYBIND11_MODULE(_core, m) {
   selenite::bind_render(m);
   selenite::bind_photo(m);
   selenite::bind_fit(m);
-  selenite::bind_shape(m);
+  selenite::bind_workers(m);
   selenite::bind_photo_jacobian(m);
   selenite::bind_evaluator(m);
   selenite::bind_fisher_information(m);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "fit/inference/fisher_information.h"
 #include "module/arrays.h"
@@ -90,14 +91,12 @@ shift in pixels of the photo. Raises ValueError.)");
 its noise; 0 where a component is not seen.)");
   m.def(
       "expected_errors",
-      [](const std::vector<Eigen::MatrixXd>& precisions, const Vector& ranges,
-         const std::optional<std::vector<int>>& free) {
-        return expected_errors(precisions, ranges, free);
+      [](const std::vector<Eigen::MatrixXd>& precisions, const Vector& ranges) {
+        return expected_errors(precisions, ranges);
       },
-      "precisions"_a, "ranges"_a, "free"_a = py::none(),
+      "precisions"_a, "ranges"_a,
       R"((n,): standard error of each component from the precision of each photo. What no photo shows
-is as wide as its bounds, `ranges` apart, leave it. free: the components that are unknown, in the
-order of the answer; None: all.)");
+is as wide as its bounds, `ranges` apart, leave it.)");
   m.def("determined", &known, "errors"_a, "ranges"_a, "(n,) bool: as in a fit's report.");
   m.def("information_gain", &information_gain, "before"_a, "after"_a, "groups"_a,
         R"(Logarithm of the factor by which errors shrink, the mean over groups: the components of

@@ -223,15 +223,19 @@ FoundFit found_by(const FitJob& job) {
   last.take(*newest.problem, r.last, *r.fields_last);
   for (RunPoint* point : {&best, &last})
     job.unknowns().fill_waiting(*point, job.stages(), run.ended.size() + 1);
+  FoundFit found;
   int before = 0;
   RenderCounts sum = r;
+  found.shape_steps = r.shape_steps;
   for (const auto& one : run.ended) {
     before += one->result.iterations;
     sum.samples += one->result.samples;
     sum.dropped += one->result.dropped;
     sum.cpu_seconds += one->result.cpu_seconds;
+    found.shape_steps.turning += one->result.shape_steps.turning;
+    found.shape_steps.intersecting += one->result.shape_steps.intersecting;
+    found.shape_steps.given_up += one->result.shape_steps.given_up;
   }
-  FoundFit found;
   found.values_last = values_dict(last);
   found.values_best = values_dict(best);
   found.fields_last = fields_dict(job.unknowns(), last);
@@ -246,7 +250,7 @@ FoundFit found_by(const FitJob& job) {
   found.iterations = before + r.iterations;
   found.stopped = s.stopped;
   found.stopped_because = stopped_because(s.stopped, s.message);
-  found.error = s.error;
+  found.faults = s.faults;
   found.optimiser = newest.optimiser;
   found.counts = sum;
   found.seconds = s.seconds;
@@ -272,7 +276,8 @@ void bind_progress(py::module_& m) {
   py::class_<FitProgress>(m, "Progress", "How far a fit has come.")
       .def_property_readonly("running", of(&FitState::running))
       .def_property_readonly("done", of(&FitState::done))
-      .def_property_readonly("error", of(&FitState::error), "Why it failed; \"\" if it did not.")
+      .def_property_readonly("problems", of(&FitState::faults),
+                             "Why it failed; empty if it did not.")
       .def_property_readonly("stopped", of(&FitState::stopped))
       .def_readonly("stopped_because", &FitProgress::stopped_because, "In words, for people.")
       .def_property_readonly("stage", of(&FitState::stage), "From 0.")
@@ -361,6 +366,11 @@ the validation render. Not validated: NaN.)")
       .def_readonly("start_loss", &MultiStartResult::start_loss)
       .def_readonly("loss", &MultiStartResult::loss)
       .def_readonly("standard_error", &MultiStartResult::standard_error);
+  py::class_<ShapeSteps>(m, "ShapeSteps", "Steps of vertices that had to be shortened.")
+      .def_readonly("turning", &ShapeSteps::turning, "A face would have turned over.")
+      .def_readonly("intersecting", &ShapeSteps::intersecting,
+                    "Surfaces would have gone through each other.")
+      .def_readonly("given_up", &ShapeSteps::given_up, "Of both: they were dropped.");
   py::class_<ModelError>(m, "ModelError", "What the residuals show that no values explain.")
       .def_readonly("relative", &ModelError::relative, "Of a pixel's brightness.")
       .def_readonly("absolute", &ModelError::absolute, "Of the photo's mean.")
@@ -402,13 +412,14 @@ its noise. Losses and report are those of the last stage.)")
       .def_readonly("iterations", &FoundFit::iterations)
       .def_readonly("stopped", &FoundFit::stopped)
       .def_readonly("stopped_because", &FoundFit::stopped_because, "In words, for people.")
-      .def_readonly("error", &FoundFit::error, "Why it failed; \"\" if it did not.")
+      .def_readonly("problems", &FoundFit::faults, "Why it failed; empty if it did not.")
       .def_readonly("optimiser", &FoundFit::optimiser)
       .def_property_readonly("samples", count(&RenderCounts::samples))
       .def_property_readonly("dropped", count(&RenderCounts::dropped))
       .def_property_readonly("cpu_seconds", count(&RenderCounts::cpu_seconds))
       .def_readonly("seconds", &FoundFit::seconds)
       .def_readonly("search", &FoundFit::search)
+      .def_readonly("shape_steps", &FoundFit::shape_steps)
       .def_readonly("report", &FoundFit::report)
       .def_readonly("history", &FoundFit::history)
       .def_readonly("stages", &FoundFit::stages, "List of FoundStage; None without stages.");

@@ -82,10 +82,12 @@ struct FoundFit {
   ModelError model_error;
   int iterations = 0;
   StopReason stopped = StopReason::kNone;
-  std::string stopped_because, error, optimiser;
+  std::string stopped_because, optimiser;
+  std::vector<Fault> faults;
   RenderCounts counts;
   double seconds = 0;
   MultiStartResult search;
+  ShapeSteps shape_steps;  ///< of all stages
   NamedReport report;
   FitHistory history;
   std::optional<std::vector<FoundStage>> stages;

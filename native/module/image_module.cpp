@@ -149,9 +149,6 @@ py::tuple read_small(const FilePath& path, int width, int height,
     py::gil_scoped_release release;
     photo = read_at_size(path.text, width, height, reading);
   }
-  py::array_t<bool> inside({height, width});
-  std::transform(photo.inside.begin(), photo.inside.end(), inside.mutable_data(),
-                 [](std::uint8_t value) { return value != 0; });
   py::dict info = info_dict(photo.info);
   info["counts"] = counts_dict(photo.counts);
   info["isolated"] = photo.isolated;
@@ -162,8 +159,8 @@ py::tuple read_small(const FilePath& path, int width, int height,
     mask_infos.append(known);
   }
   return py::make_tuple(to_array(std::move(photo.reference), {height, width, 3}),
-                        to_array(std::move(photo.weight), {height, width}), inside, info,
-                        mask_infos);
+                        to_array(std::move(photo.weight), {height, width}),
+                        to_array(std::move(photo.inside), {height, width}), info, mask_infos);
 }
 
 struct Shape {
@@ -291,8 +288,8 @@ Args:
         that the masks leave.
 Returns:
     reference (height, width, 3) float32, linear Rec. 709; weight (height, width) float32, alpha
-    times masks, 0 where a photo pixel below is not usable or none is; inside (height, width) bool:
-    alpha and masks are nowhere 0 below; info, and a list with one for each mask: dicts of `probe`
+    times masks, 0 where a photo pixel below is not usable or none is; inside (height, width) float32:
+    share of the pixel where alpha and masks are not 0, 1 only where they nowhere are; info, and a list with one for each mask: dicts of `probe`
     with counts as in `read`.
 Raises:
     OSError: as `read`, for photo or mask. ValueError: an argument out of range.)");

@@ -52,7 +52,8 @@ FrameTuple tuple_of(const PhotoFrame& frame) {
 Photo make_photo(const std::string& camera, const py::object& reference, const py::object& weight,
                  const std::optional<std::array<int, 2>>& size, const std::string& id,
                  const FrameTuple& frame, const py::object& lights, const Triple& gain,
-                 const std::string& free_gain, bool align, const Triple& alignment) {
+                 const std::string& free_gain, bool align, const Triple& alignment,
+                 const py::object& coverage) {
   if (reference.is_none() == !size)
     throw Refused("Photo '" + (id.empty() ? camera : id) + "'",
                   "give its pixels, reference, or its size, (width, height)");
@@ -70,6 +71,10 @@ Photo make_photo(const std::string& camera, const py::object& reference, const p
   photo.gain_freedom = one_of<GainFreedom>(
       "Photo '" + photo.id + "': free_gain", free_gain,
       {{"none", GainFreedom::kNone}, {"scalar", GainFreedom::kScalar}, {"rgb", GainFreedom::kRgb}});
+  if (!coverage.is_none()) {
+    const FloatArray shares = float_array(coverage, "Photo '" + photo.id + "': coverage");
+    photo.coverage.assign(shares.data(), shares.data() + shares.size());
+  }
   photo.align = align;
   photo.alignment = {alignment[0], alignment[1], alignment[2]};
   return photo;
@@ -104,12 +109,14 @@ Args:
         a factor on it that a fit finds.
     alignment: of the camera, in pixels of this size to the right and down, and radians about its
         axis. align: whether a fit finds a small one, from there on.
+    coverage: (h, w) float32, the share of each pixel that shows the object whose vertices are
+        fitted, or None where nobody knows.
 Raises:
     ValueError: a shape, a type or a light state.)")
       .def(py::init(&make_photo), "camera"_a, "reference"_a = py::none(), "weight"_a = py::none(),
            py::kw_only(), "size"_a = py::none(), "id"_a = "", "frame"_a = FrameTuple{},
            "lights"_a = py::none(), "gain"_a = Triple{1, 1, 1}, "free_gain"_a = "none",
-           "align"_a = false, "alignment"_a = Triple{})
+           "align"_a = false, "alignment"_a = Triple{}, "coverage"_a = py::none())
       .def_readonly("id", &Photo::id)
       .def_readonly("camera", &Photo::camera)
       .def_property_readonly("reference",

@@ -47,7 +47,7 @@ void bind_schedule(py::module_& m) {
   m.def("schedule", &schedule_list, "scene"_a, "photos"_a, "unknowns"_a, "settings"_a,
         R"(What a fit will render: list of dict {phase ("multi-start", "descent", "refinement",
 "comparison"), pixels (of all photos), spp, renders (on average), derivatives ("none", "scalars",
-"fields")}. photos: list of (id, camera, width, height); the rest as for Fit.)");
+"fields", "shape")}. photos: list of (id, camera, width, height); the rest as for Fit.)");
   m.def(
       "refinement_spp",
       [](const py::dict& settings) { return settings_of(settings).chosen_refinement_spp(); },

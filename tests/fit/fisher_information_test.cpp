@@ -141,14 +141,6 @@ TEST(FisherInformation, TheWeakestDirectionTellsWhatMoreSamplesAreNeededFor) {
   EXPECT_EQ(weakest_direction(std::vector{exact(diagonal(1, 0))}), 0);
 }
 
-TEST(FisherInformation, WithTheOthersKnownErrorsAreThoseOfThePartAlone) {
-  const std::vector<Matrix> photos{1e4 * Matrix{{4, 1.9}, {1.9, 1}}};
-  const Vector alone = expected_errors(photos, kUnit, std::vector<int>{1});
-  ASSERT_EQ(alone.size(), 1);
-  EXPECT_NEAR(alone[0], 1 / std::sqrt(1e4 + 1 / (0.29 * 0.29)), 1e-9);
-  EXPECT_GT(expected_errors(photos, kUnit)[1], 3 * alone[0]);
-}
-
 // ---- from pictures ----
 
 constexpr int kSide = 48;

@@ -49,7 +49,7 @@ TEST(FitJob, DoesWhatTheFitDoes) {
   EXPECT_EQ(state.iteration, 12);
   EXPECT_EQ(state.stopped, StopReason::kIterations);
   EXPECT_EQ(state.seconds_left, 0);
-  EXPECT_EQ(state.error, "");
+  EXPECT_TRUE(state.faults.empty());
   ASSERT_NE(job.preview(0), nullptr);
   EXPECT_EQ(job.preview(0)->size(), static_cast<std::size_t>(kSyntheticSize * kSyntheticSize));
 }
@@ -69,7 +69,7 @@ TEST(FitJob, CancelEndsItSoonWithAConsistentState) {
   const FitState state = job.state();
   EXPECT_TRUE(state.done);
   EXPECT_EQ(state.stopped, StopReason::kCancelled);
-  EXPECT_EQ(state.error, "");
+  EXPECT_TRUE(state.faults.empty());
   EXPECT_EQ(state.iteration, 0);
   EXPECT_EQ(job.result().newest.result.best, job.result().newest.problem->unknowns().start());
 }
@@ -104,17 +104,31 @@ TEST(FitJob, StartsOnce) {
   job.join();
 }
 
-TEST(FitJob, AnErrorIsToldInTheState) {
+/// Of a fit whose first render throws `Error`.
+template <class Error>
+FitState failed(const Error& error) {
   FitSettings settings = synthetic_settings();
-  settings.renderer = [](const Scene&, const Camera&, const SlotLayout&, const RenderSettings&,
-                         Progress*) -> Film { throw std::runtime_error("no memory"); };
+  settings.renderer = [error](const Scene&, const Camera&, const SlotLayout&, const RenderSettings&,
+                              Progress*) -> Film { throw error; };
   const Scene scene = synthetic_scene();
   FitJob job(scene, one(scene), synthetic_unknowns(), settings);
   job.start();
   job.join();
   EXPECT_TRUE(job.state().done);
   EXPECT_EQ(job.state().stopped, StopReason::kError);
-  EXPECT_NE(job.state().error.find("no memory"), std::string::npos);
+  return job.state();
+}
+
+TEST(FitJob, AnErrorIsAFaultOfTheState) {
+  const FitState plain = failed(std::runtime_error("broken"));
+  ASSERT_EQ(plain.faults.size(), 1U);
+  EXPECT_EQ(plain.faults[0].line(), "Iteration 0: broken");
+  const FitState memory = failed(std::bad_alloc());
+  ASSERT_EQ(memory.faults.size(), 1U);
+  EXPECT_EQ(memory.faults[0].cure, "lower the height or fit fewer photos at once");
+  const FitState refused = failed(Refused("Camera 'A'", "it is gone", "add it"));
+  ASSERT_EQ(refused.faults.size(), 1U);
+  EXPECT_EQ(refused.faults[0].line(), "Camera 'A': it is gone; add it");
 }
 
 // What is read without its lock shows under the thread sanitizer (./dev test native --preset thread).

@@ -255,9 +255,11 @@ TEST(Fit, AFailureIsToldWithItsIteration) {
     if (++renders == 6) throw std::runtime_error("no memory");
     return SyntheticRenderer()(scene, camera, layout, render_settings, progress);
   };
-  const FitResult result = run(settings);
-  EXPECT_EQ(result.stopped, StopReason::kError);
-  EXPECT_EQ(result.message, "Iteration 1: no memory");
+  Fit fit(synthetic_scene(), one(synthetic_scene()), synthetic_unknowns(), settings);
+  while (fit.step()) {
+  }
+  EXPECT_EQ(fit.result().stopped, StopReason::kError);
+  EXPECT_EQ(text_of(fit.faults()), "Iteration 1: no memory");
 }
 
 // ---- settings

@@ -100,7 +100,7 @@ TEST_F(WorkingSize, AMaskOfAnotherSizeCountsOnlyWhereNoneOfItIsBlack) {
       read_at_size(photo, 4, 2, {.masks = {{exr("large.exr", 8, 4, fine, 1)}}});
   EXPECT_EQ(large.weight[1], 0.f);
   EXPECT_NEAR(large.weight[7], (3 + 0.5) / 4, 1e-4);
-  EXPECT_EQ(large.inside, (std::vector<std::uint8_t>{1, 0, 1, 1, 1, 1, 1, 1}));
+  EXPECT_EQ(large.inside, (std::vector<float>{1, 0, 1, 1, 1, 1, 1, 1}));
   // Half the size: its left pixel lies over four of the photo.
   const WorkingPhoto small =
       read_at_size(photo, 4, 2, {.masks = {{exr("s.exr", 2, 1, {0, 1}, 1)}}});
@@ -117,7 +117,7 @@ TEST_F(WorkingSize, AClippedPixelIsInsideAllTheSame) {
   pixels[0] = std::numeric_limits<float>::quiet_NaN();
   const WorkingPhoto photo = read_at_size(exr("a.exr", 6, 4, pixels), 3, 2);
   EXPECT_EQ(photo.weight[0], 0.f);
-  EXPECT_EQ(photo.inside, std::vector<std::uint8_t>(6, 1));
+  EXPECT_EQ(photo.inside, std::vector<float>(6, 1));
 }
 
 std::vector<double> corners_of(int width, int height, double left, double top, double step_x,

@@ -340,18 +340,31 @@ TEST(Closures, EachHasItsOwnNormal) {
     bsdf.value_and_density(s->wo, f, p);
     EXPECT_NEAR(s->density / p, 1, 1e-6);
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(s->weight[k], f[k] / p, 1e-6 * (1 + s->weight[k]));
-    // The metal's is that of a surface of this normal.
+    // The metal's is that of a surface with this normal.
     const PrincipledBsdf<double> tilted(
         [&] {
           Principled<double> m;
           m.metallic = 1, m.base_color = {.5, .6, .7}, m.roughness = .4;
           return m;
         }(),
-        Flavour{}, {point.ng, n, point.wi, false});
+        Flavour{}, {point.ng, n, point.wi, false, false, {}, point.n});
     EXPECT_NEAR(f.g, .7 * .3 * s->wo.z / kPi<double> + .3 * tilted.value(s->wo).g, 1e-12);
     ++compared;
   }
   EXPECT_GT(compared, 900);
+}
+
+TEST(Closures, LightIsOnTheSideOfTheInterpolatedNormal) {
+  const Vec3d n = normalize(Vec3d{.75, 0, 1}), face{0, 0, 1};
+  const Mixture smooth{placed(c::Glossy<double>{Colord(1), .6}, 1, n)};
+  const auto value = [&](const Vec3d& interpolated, const Vec3d& wo) {
+    return SurfaceBsdf<double>(smooth, {face, interpolated, kView, false}).value(wo).g;
+  };
+  const Vec3d behind_face = normalize(Vec3d{1, 0, -.2}), before_both = normalize(Vec3d{1, 0, .2});
+  EXPECT_GT(value(n, behind_face), 0.02);
+  EXPECT_EQ(value(face, behind_face), 0);  // the normal is that of a bump
+  EXPECT_GT(value(face, before_both), 0.1);
+  EXPECT_EQ(value(face, before_both), value(n, before_both));
 }
 
 TEST(Closures, BumpedDiffuseEndsSoftlyWhereTheSurfaceTurnsAway) {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <random>
 
+#include "math/instruction_set.h"
 #include "model/cases.h"
 #include "model/lanes_batch.h"
 
@@ -16,8 +17,7 @@ namespace {
 class LanesTest : public testing::Test {
  protected:
   void SetUp() override {
-    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
-      GTEST_SKIP() << "this processor has no AVX2 with FMA";
+    if (!has_avx2()) GTEST_SKIP() << "this processor has no AVX2 with FMA";
   }
 };
 
@@ -240,8 +240,8 @@ Batch random_batch(Engine& engine, bool backfacing) {
 template <class T, class S = scalar_t<T>>
 Answer<T> ask_scalar(const Principled<T>& material, const Flavour& flavour, const Batch& batch,
                      int i, float u_lobe) {
-  const auto& [ng, n, wi, backfacing, after_diffuse, tangent] = batch.point[i];
-  const SurfacePoint<S> point{Vec3<S>(ng), Vec3<S>(n), Vec3<S>(wi), backfacing};
+  const SurfacePoint<float>& at = batch.point[i];
+  const SurfacePoint<S> point{Vec3<S>(at.ng), Vec3<S>(at.n), Vec3<S>(at.wi), at.backfacing};
   const Vec3<S> wo(batch.wo[i]);
   const PrincipledBsdf<T> bsdf(material, flavour, point);
   S density;

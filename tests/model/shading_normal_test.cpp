@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "model/cases.h"
+#include "model/closure_cases.h"
 
 namespace selenite {
 namespace {
@@ -68,6 +68,32 @@ TEST(VisibleNormal, AwayFromTheViewerHasNoMicronormals) {
       EXPECT_NEAR(dull.value(wo).g, 0.8 * std::max(dot(n, wo), 0.) / kPi<double>, 1e-12);
     }
   }
+}
+
+// A coat and a film take the viewer's cosine as it is, whichever side the bent normal is on.
+TEST(VisibleNormal, AwayFromTheViewerIsSeenThroughItsCoat) {
+  const Vec3d wi = cases::direction(0.8), n = normalize(Vec3d{0.1, -0.2, -1});
+  const SurfacePoint<double> point{{0, 0, 1}, n, wi, false};
+  Principled<double> m;
+  m.specular_level = 0, m.base_color = Color<double>(0.5);
+  m.coat_weight = 0.7, m.coat_tint = {0.3, 0.9, 1};
+  const Color<double> got = PrincipledBsdf<double>(m, Flavour{}, point).value(n);
+  const double c = dot(n, wi), path = 1.5 / std::sqrt(1.5 * 1.5 - 1 + c * c);
+  EXPECT_NEAR(got.r / got.b, 0.3 + 0.7 * std::pow(0.3, path), 1e-12);
+  EXPECT_NEAR(got.g / got.b, 0.3 + 0.7 * std::pow(0.9, path), 1e-12);
+}
+
+TEST(VisibleNormal, AwayFromTheViewerIsSeenThroughItsFilm) {
+  const Vec3d wi = cases::direction(0.8), n = normalize(Vec3d{0.1, -0.2, -1});
+  closures::FullPrincipled<double> m;
+  m.base_color = Color<double>(0.5), m.film = {400, 1.7};
+  Flavour flavour;
+  flavour.distribution = Flavour::Distribution::kGgx;
+  const cases::Mixture one{{m, flavour, 1, n}};
+  const SurfacePoint<double> point{{0, 0, 1}, n, wi, false};
+  const auto film = film_reflectance(400., 1.7, 1.5, -dot(n, wi));
+  EXPECT_NEAR(SurfaceBsdf<double>(one, point).value(n).g,
+              0.5 / kPi<double> * (1 - *std::max_element(film.begin(), film.end())), 1e-12);
 }
 
 TEST(VisibleNormal, SurvivesDegenerateNormalsInFloat) {

@@ -56,7 +56,7 @@ def made_fit(found: Mapping[str, Any] | None = None) -> Any:
         "best_iteration": 0, "best_validation": math.nan,
         "best_validation_standard_error": math.nan, "start_validation": math.nan,
         "kept_start": False, "iterations": 0, "stopped": core.StopReason.NONE,
-        "stopped_because": "", "error": "", "optimiser": "adam", "samples": 0, "dropped": 0,
+        "stopped_because": "", "problems": [], "optimiser": "adam", "samples": 0, "dropped": 0,
         "cpu_seconds": 0.0, "seconds": 0.0,
     }  # fmt: skip
     return _made(core.FitResult, values | given | nested)
@@ -80,7 +80,7 @@ def made_history(found: Mapping[str, Any]) -> Any:
 def made_progress(**found: Any) -> Any:
     """The Progress of a fit that has just begun, but for these."""
     state = {
-        "running": True, "done": False, "error": "", "stopped": native.core().StopReason.NONE,
+        "running": True, "done": False, "problems": [], "stopped": native.core().StopReason.NONE,
         "stopped_because": "", "stage": 0, "iteration": 0, "own_iteration": 0, "iterations": 40,
         "phase": "descent", "phase_fraction": 0.0, "loss": math.nan, "validation": math.nan,
         "validation_standard_error": math.nan, "seconds": 0.0, "seconds_left": math.nan,

@@ -103,7 +103,6 @@ WITH_BLENDER = {
     "compare": ["."],
     "next-camera": ["s.blend", "--fit=Body:ior"],
     "trade": ["s.blend", "--fit=Body:ior", "--out=t"],
-    "rotate-world": ["s.blend"],
     "lamps": ["s.blend"],
     "demo": [],
 }

@@ -52,7 +52,7 @@ def result(settings: dict[str, Any], unknown: Any = None, **more: Any) -> Any:
     fit.start()
     fit.join()
     found = fit.result()
-    assert not found.error
+    assert not found.problems
     return found
 
 

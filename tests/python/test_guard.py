@@ -96,12 +96,27 @@ def test_lost_intervals_time_and_failures_are_named() -> None:
     assert failed == ["vase, seed 1: failed: 2"]
 
 
-def test_a_race_is_lost_by_its_ratio() -> None:
-    def ratio(value):
-        return [{"what": "race", "name": "race medium", "ratio": value, "cpu_seconds": "1"}]
+def race(ours, peer):
+    return [
+        {
+            "what": "race", "name": "race medium", "cpu_seconds": str(ours),
+            "peer_seconds": str(peer), "ratio": f"{peer / ours:.3f}",
+        }
+    ]  # fmt: skip
 
-    assert compare.losses(ratio("3.9"), ratio("4.2")) == []
-    assert compare.losses(ratio("0.6"), ratio("4.2")) == ["race medium: ratio 0.60, 4.20 recorded"]
+
+def test_a_race_is_lost_where_our_time_and_the_ratio_got_worse() -> None:
+    then = race(0.2, 0.7)
+    assert compare.losses(race(0.21, 0.7), then) == []
+    assert compare.losses(race(0.2, 0.54), then) == [], "the peer got faster"
+    assert compare.losses(race(0.4, 1.4), then) == [], "the machine was busy"
+    lost = compare.losses(race(0.3, 0.7), then)
+    assert lost == ["race medium: ratio 2.33 and 0.300 s, 3.50 and 0.200 s recorded"]
+
+
+def test_the_table_has_the_times_of_both_in_a_race() -> None:
+    text = compare.table(race(0.2, 0.6), [race(0.2, 0.7)[0] | {"revision": "abc"}], "AMD 25 avx2")
+    assert "| medium | 0.2 (0.200) | 0.6 (0.700) | 3.000 (3.500) |" in text
 
 
 def test_the_table_has_what_is_recorded_in_brackets() -> None:

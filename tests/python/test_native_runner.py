@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import asyncio
 import sys
 from pathlib import Path
 
@@ -13,6 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "devtools"))
 
 import native_tests  # noqa: E402
+import process  # noqa: E402
 import tally  # noqa: E402
 
 # Speaks as GoogleTest does. What a test does, its name says.
@@ -72,8 +74,13 @@ def run(tmp_path, monkeypatch):
 
     def run_with(**changes) -> tuple[tally.Tally, list[str]]:
         settings = dict(preset="release", k=None, fast=False, files=[], limit=60.0, extra=[])
-        counted = native_tests.run_native(argparse.Namespace(**{**settings, **changes}))
-        return counted, (tmp_path / "starts.txt").read_text().splitlines()
+        suite = native_tests.NativeSuite(argparse.Namespace(**{**settings, **changes}))
+
+        async def run_all() -> None:
+            await process.side_by_side(job for _, job in suite.jobs())
+
+        asyncio.run(run_all())
+        return suite.tally(), (tmp_path / "starts.txt").read_text().splitlines()
 
     return run_with
 

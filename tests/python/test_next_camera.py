@@ -25,7 +25,6 @@ def test_python_reads_the_native_errors() -> None:
     before = fisher.errors([np.diag([1e4, 0.0])], ranges)
     assert before == pytest.approx([0.01, 0.29], rel=1e-3)
     assert fisher.determined(before, ranges).tolist() == [True, False]
-    assert fisher.errors([np.diag([1e4, 0.0])], ranges, [1]) == pytest.approx([0.29])
     after = fisher.errors([np.diag([1e4, 0.0]), np.diag([0.0, 1e4])], ranges)
     assert fisher.gain(before, after, [[0], [1]]) == pytest.approx(np.log(29) / 2, rel=1e-3)
 

@@ -8,6 +8,7 @@ import os
 import shutil
 import sys
 import tracemalloc
+from contextlib import nullcontext
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite import paths  # noqa: E402
+from selenite import atomic_files, paths  # noqa: E402
 from selenite.atomic_files import write_json  # noqa: E402
 from selenite.json_text import json_text, read_json  # noqa: E402
 
@@ -41,6 +42,7 @@ def test_names_without_need_stay_and_the_others_get_numbers() -> None:
         ["", "_", "/", "\n", ".", ".."],
         [NOT_UTF8, os.fsdecode(b"caf\xe8"), "caf_"],
         ["stra\u00dfe", "STRASSE"],
+        ["nul", "NUL", "_nul", "nul.left"],
     ],
 )
 def test_stems_are_never_the_same_file(names: list[str]) -> None:
@@ -51,6 +53,49 @@ def test_stems_are_never_the_same_file(names: list[str]) -> None:
         for stem in stems.values():
             assert 1 <= len(stem.encode()) <= 160
             assert "/" not in stem and not stem.startswith(".")
+
+
+def test_no_stem_is_a_device_of_windows() -> None:
+    names = ["CON", "Aux.left", "COM1", "lpt9", "COM0", "console", "nul_"]
+    assert list(paths.file_stems(names).values()) == [
+        "_CON", "_Aux.left", "_COM1", "_lpt9", "COM0", "console", "nul_",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("windows", "tries"), [(True, 3), (False, 1)])
+def test_a_file_that_windows_holds_is_tried_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, windows: bool, tries: int
+) -> None:
+    """Windows alone refuses to replace what another program reads."""
+    done = []
+
+    def refused_twice(partial: Path, target: Path) -> None:
+        done.append(target)
+        if len(done) < 3:
+            raise PermissionError(13, "Permission denied", str(target))
+        partial.rename(target)
+
+    monkeypatch.setattr(Path, "replace", refused_twice)
+    monkeypatch.setattr(atomic_files, "_WINDOWS", windows)
+    expected = nullcontext() if windows else pytest.raises(PermissionError)
+    with expected:
+        atomic_files.write_json(tmp_path / "a.json", {"a": 1})
+    assert len(done) == tries
+    assert sorted(item.name for item in tmp_path.iterdir()) == ["a.json"] * windows
+
+
+def test_a_file_that_stays_held_is_refused_in_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(_partial: Path, _target: Path) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "replace", refused)
+    monkeypatch.setattr(atomic_files, "_WINDOWS", True)
+    monkeypatch.setattr(atomic_files, "_PATIENCE", 0.1)
+    with pytest.raises(PermissionError):
+        atomic_files.write_json(tmp_path / "a.json", {"a": 1})
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_is_no_file_is_told(tmp_path: Path) -> None:

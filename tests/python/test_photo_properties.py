@@ -60,7 +60,7 @@ def fitted(captures: list[Capture], unknowns: list[Any]) -> dict[str, list[float
     job = _core.Fit(floor(), photos, unknowns, settings)
     job.start()
     job.join()
-    assert job.result().error == ""
+    assert not job.result().problems
     return job.result().values_best
 
 

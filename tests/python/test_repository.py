@@ -42,8 +42,8 @@ LAYERS = {
         "inference",
         "state",
         "phases",
-        "run",
         "shape",
+        "run",
     ),
 }
 

@@ -57,9 +57,7 @@ def plan() -> Any:
             "texels": [2, 2], "seen": 0.5, "files": ["Jade_base_color_texture.exr"]
         },
     )  # fmt: skip
-    request = SimpleNamespace(
-        settings=SimpleNamespace(seed=3), staging="Roughness last: for a test"
-    )
+    request = SimpleNamespace(settings=SimpleNamespace(seed=3))
     return SimpleNamespace(
         unknowns=[
             unknown("roughness", (0.5,), 0.02, 0.999),

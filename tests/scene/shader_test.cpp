@@ -8,6 +8,7 @@
 #include "scene/shader/evaluate.h"
 #include "scene/shader/hash.h"
 #include "scene/shader/modes.h"
+#include "scene/shader/voronoi.h"
 
 namespace selenite {
 namespace {
@@ -182,6 +183,31 @@ TEST(Shader, ConstantsAreParametersOfTheMaterial) {
   // What a shader takes the place of is no parameter; the medium behind it stays one.
   EXPECT_THROW(scene.find("Shown", "roughness"), UnknownName);
   EXPECT_NO_THROW(scene.find("Shown", "extinction"));
+}
+
+template <std::size_t N>
+void expect_cells_of_blender_5(const std::array<double, N>& at, double distance,
+                               const Color<double>& color) {
+  using namespace shading;
+  VoronoiNumbers<double> n{0, 0.5, 2, 1, 0.5, 1};
+  n.whole_keys = true;
+  Point<double, N> place;
+  for (std::size_t i = 0; i < N; ++i) place[i] = at[i];
+  const auto got = [&](VoronoiOutput output) {
+    return voronoi_texture<double, N>(VoronoiMode::kF1, output, place, n, 1.);
+  };
+  EXPECT_NEAR(got(VoronoiOutput::kDistance).r, distance, 2e-6);
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(got(VoronoiOutput::kColor)[k], color[k], 2e-7);
+}
+
+// Rendered by Cycles 5.0.1.
+TEST(Voronoi, OfBlender5IsThatOfCycles) {
+  expect_cells_of_blender_5<2>({.3, .7}, .3696289, {.03905771, .3370832, .09400275});
+  expect_cells_of_blender_5<2>({-2.4, 5.1}, .658131, {.683025, .9154031, .8920385});
+  expect_cells_of_blender_5<3>({.3, .7, .2}, .4593854, {.03905771, .3370832, .09400275});
+  expect_cells_of_blender_5<3>({-2.4, 5.1, 3.3}, .2002093, {.4212181, .03081105, .2422615});
+  expect_cells_of_blender_5<4>({.3, .7, .2, .9}, .430215, {.444458, .5099778, .1476347});
+  expect_cells_of_blender_5<4>({-2.4, 5.1, 3.3, -1.6}, .6924533, {.5984502, .9372339, .6333474});
 }
 
 }  // namespace

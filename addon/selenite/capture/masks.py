@@ -71,32 +71,34 @@ def masked(
     silhouette: np.ndarray | None,
     problems: list[Problem],
     remarks: list[str],
-) -> np.ndarray:
-    """The weight (h, w) within all masks. of_files, silhouette: (h, w) bool, within alpha and mask
-    files, and within `within_silhouette`."""
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """The weight (h, w) within all masks, and the share of each pixel that shows the object by
+    alpha, mask files and background; None where these leave nothing out. of_files: that by alpha
+    and mask files. silhouette: (h, w) bool, within `within_silhouette`."""
     title = thing("Photo", request.photo)
-    inside = of_files
+    inside, coverage = of_files >= 1, of_files
     background = background_of(request, problems)
     if background is not None:
         behind = background.pixels(reference)
+        coverage = np.where(behind, np.float32(0), coverage)
         share = float(behind.mean())
         if share == 0:
             remarks.append(remark(title, "no pixel of it has the colour of its background"))
         inside = inside & ~behind
+    shown = None if (coverage >= 1).all() else coverage
     if silhouette is not None:
         inside = inside & silhouette
     if inside.all():
-        return weight
+        return weight, shown
     trimmed = eroded(inside, RIM)
     if not (weight * trimmed).any():
         if not (weight * inside).any():
             cause = "its masks together leave no pixel"
             problems.append(Problem(title, cause, "enlarge one of them, or leave the photo out"))
-            return weight
+            return weight, shown
         remarks.append(remark(title, "its mask is so narrow that its rim counts too"))
         trimmed = inside
-    out: np.ndarray = np.where(trimmed, weight, 0).astype(np.float32)
-    return out
+    return np.where(trimmed, weight, 0).astype(np.float32), shown
 
 
 def eroded(inside: np.ndarray, count: int) -> np.ndarray:

@@ -72,6 +72,8 @@ class Capture:
     warnings: what the reader says of photo and mask.
     isolated: share of the photo's light in isolated bright pixels, as of a render that has not
     converged; 0 where it is not worth telling.
+    coverage: (h, w), the share of each pixel that shows the object by the photo's masks; None
+    without any.
     """
 
     id: str
@@ -88,6 +90,7 @@ class Capture:
     window: tuple[float, float, float, float] = WHOLE
     isolated: float = 0.0
     alignment: Alignment = UNALIGNED
+    coverage: np.ndarray | None = None
 
     @property
     def free_gain(self) -> str:
@@ -129,7 +132,7 @@ class Capture:
         """With its pixels: what a fit compares with."""
         return native.core().Photo(
             self.camera, self.reference, self.weight,
-            frame=self.frame, alignment=self.alignment, **self._taken(),
+            frame=self.frame, alignment=self.alignment, coverage=self.coverage, **self._taken(),
             **self.of_fit,  # type: ignore[arg-type]
         )  # fmt: skip
 
@@ -158,7 +161,11 @@ class Capture:
         across, down, roll = self.alignment
         rows, columns = self.reference.shape[:2]
         moved = (across * size[0] / columns, down * size[1] / rows, roll)
-        return replace(self, reference=picture, weight=weight, alignment=moved)
+        coverage = self.coverage
+        if coverage is not None:
+            coverage = native.image().resize(np.ascontiguousarray(coverage[..., None]), *size)
+            coverage = np.clip(coverage[..., 0], 0, 1)
+        return replace(self, reference=picture, weight=weight, alignment=moved, coverage=coverage)
 
 
 def frame_of(
@@ -358,11 +365,13 @@ def _finish(
         window.aspect, window=window.fractions, of_fit=request.of_fit(),
         isolated=info["isolated"],
     )  # fmt: skip
-    weight = masked(request, reference, weight, inside, opened.silhouette, problems, remarks)
+    weight, coverage = masked(
+        request, reference, weight, inside, opened.silhouette, problems, remarks
+    )
     if problems:
         return None
     warnings += [text for text in remarks if text not in warnings]
-    return replace(capture, weight=weight, warnings=tuple(remarks))
+    return replace(capture, weight=weight, coverage=coverage, warnings=tuple(remarks))
 
 
 def _corners(

@@ -14,8 +14,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from .. import native, parameters
+from ..fit.field_kinds import VERTEX_COLORS
+from ..fit.fields.vertex_colors import NEW
 from ..fit.settings import number
-from ..fit.staging.request import AUTO, PRESETS, StageRequest, read_stages
+from ..fit.staging.request import PRESETS, StageRequest, read_stages
 from ..parameters import Values
 from ..paths import absolute, is_folder, is_there, why_not_file, why_not_folder, why_not_output
 from ..problems import BadInput, Problem
@@ -130,16 +132,19 @@ def words(
 
 
 def grids(texts: Sequence[str], problems: list[Problem]) -> dict[Key, str]:
-    """["Body:albedo_grid=16", "Fog:albedo_grid=fog.vol"] -> number or absolute path by name."""
+    """["Body:albedo_grid=16", "Fog:albedo_grid=fog.vol", "Body:vertex_colors=new"] -> number,
+    absolute path or "new" by name."""
     return {
-        key: word if word.isdecimal() else str(absolute(word))
+        key: word
+        if word.isdecimal() or (key[1], word) == (VERTEX_COLORS, NEW)
+        else str(absolute(word))
         for key, word in words(texts, "--grid", "N or =FILE", problems).items()
     }
 
 
 def stages(text: str | None, problems: list[Problem]) -> tuple[StageRequest, ...]:
     """The stages of a file; none for a name, or without the argument."""
-    if text is None or text in (*PRESETS, AUTO):
+    if text is None or text in PRESETS:
         return ()
     try:
         return read_stages(absolute(text))

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 from ..paths import absolute
 from ..problems import Problem
-from .capture_arguments import add_captures
-from .render_arguments import KEPT, add_of_fits, add_reading
+from .render_arguments import KEPT, add_reading
 
 if TYPE_CHECKING:
     from ..fit.request import UnknownRequest
@@ -32,19 +31,6 @@ def add_environment(parser: argparse._ActionsContainer) -> None:
     add("--environment", metavar="FILE", help=start)
     projection = "of that file; default: equirect. A mirror ball is seen along +Y"
     add("--environment-projection", metavar="equirect|mirror_ball", help=projection)
-
-
-def add_rotate_world(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `selenite rotate-world`."""
-    parser.add_argument("scene", metavar="SCENE.blend")
-    add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")
-    add_reading(parser)
-    add = parser.add_argument_group("settings of the renders").add_argument
-    add("--height", type=int, help="pixels of the compared pictures; default: 64")
-    add("--spp", type=int, help="samples per pixel of each angle; default: 64")
-    add_of_fits(add)
-    saved = f"saves a copy with that rotation and strength{KEPT}"
-    parser.add_argument_group("results").add_argument("--save", metavar="OUT.blend", help=saved)
 
 
 def add_lamps(parser: argparse.ArgumentParser) -> None:

@@ -58,12 +58,6 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("which suns the world's image holds", "lamps scene.blend"),
         ("in a copy, with the rest of the image", "lamps scene.blend --save with_suns.blend"),
     ),
-    "rotate-world": (
-        (
-            "how the panorama of the room stood",
-            "rotate-world scene.blend --photo Front=front.exr --save turned.blend",
-        ),
-    ),
     "import": (
         (
             "cameras and mesh of Metashape, with photos",

@@ -6,12 +6,11 @@ from __future__ import annotations
 import argparse
 import shlex
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..advice.information.conditioning import StageChoice
 from ..capture.prepared import without_photo
 from ..fit.checkpoint import SUFFIX, Recorder, Unfinished, load
 from ..fit.inputs import changes, inputs_of
@@ -20,8 +19,8 @@ from ..fit.overall import Overall, time_text
 from ..fit.plan import FitPlan, prepare
 from ..fit.request import RunRequest, UnknownRequest, read_run
 from ..fit.settings import PRESETS, THESIS, FitSettings, with_overrides
-from ..fit.staging.request import AUTO, USUAL, StageRequest, stages_by_name
 from ..fit.staging.request import PRESETS as STAGE_PRESETS
+from ..fit.staging.request import USUAL, StageRequest, stages_by_name
 from ..fit.unknowns import WHICH_MATERIAL, candidates_of, fittable_usual, usual_requests
 from ..parameters import join_name
 from ..paths import absolute, why_not_folder
@@ -32,6 +31,7 @@ from ..scene_read.options import options_of
 from ..scene_read.values import SceneValues
 from . import arguments
 from .capture_arguments import captures_from, given_for_captures, stored_captures
+from .cluster_arguments import workers_for
 from .environment_arguments import with_environment
 from .fit_results import FitReport, deliver
 from .fitted import models
@@ -82,16 +82,15 @@ def fitted(args: argparse.Namespace) -> FitReport:
         say(f"warning: {text}")
     if unused := without_photo(values, plan.request.captures):
         say(unused)
-    if plan.request.staging:
-        say(f"stages: {plan.request.staging}")
     if why := why_not_folder(out, size_of(plan)):
         raise BadInput(Problem(f"Folder '{out}'", why, arguments.OTHER_FOLDER))
     unfinished = unfinished or new_folder(out, SUFFIX)
-    job = FitJob(plan, run.state)
-    if resumes:
-        say(f"going on after {job.progress().iteration} iterations")
-    recorder = Recorder(unfinished, plan.request, run.inputs)
-    result = _fit(job, recorder, resumed=resumes)
+    with workers_for(args, plan) as workers:
+        job = FitJob(plan, run.state, workers=workers)
+        if resumes:
+            say(f"going on after {job.progress().iteration} iterations")
+        recorder = Recorder(unfinished, plan.request, run.inputs)
+        result = _fit(job, recorder, resumed=resumes)
     return deliver(args, scene, values, plan, result, out, save, recorder, checks)
 
 
@@ -134,26 +133,15 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         begins_at=begins_at,
     )
     if args.stages is None and args.scene.endswith(".json"):
-        request = replace(request, stages=base.stages, staging=base.staging)
+        request = replace(request, stages=base.stages)
     packed = packed_photos()
     try:
         plan = prepare(values, request, packed)
     except BadInput as error:
         problems += error.problems
     arguments.stop_if([_with_command(item, args, scene, values) for item in problems])
-    if args.stages == AUTO:
-        plan = _choose_stages(plan, lambda chosen: prepare(values, chosen, packed))
     inputs = inputs_of(values, plan.request, packed)
     return scene, values, plan, Unfinished(plan.request, None, inputs)
-
-
-def _choose_stages(plan: FitPlan, plan_of: Callable[[RunRequest], FitPlan]) -> FitPlan:
-    """The plan with the stages that the Fisher information chooses."""
-    choice = StageChoice(plan, plan_of)
-    with bar("choosing stages") as shown:
-        for step in choice.steps():
-            shown.update(step.fraction, note=step.text)
-    return choice.plan
 
 
 def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
@@ -220,8 +208,7 @@ def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FinishedFit:
         if resumed or job.so_far().iterations:
             raise
         recorder.finished()
-        cure = "change the photos or the settings"
-        raise BadInput(Problem("Fit", str(error), cure)) from error
+        raise BadInput(error.problems) from error
     finally:
         job.join()
     recorder.update(job, now=True)

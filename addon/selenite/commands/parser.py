@@ -11,6 +11,7 @@ from .. import __version__
 from ..problems import BadInput, Problem
 from . import environment_arguments as environment
 from .capture_arguments import add_captures
+from .cluster_arguments import add_scheduler
 from .examples import with_examples
 from .import_arguments import add_import
 from .render_arguments import KEPT, PHYSICAL, add_of_fits, add_reading
@@ -43,7 +44,6 @@ COMMANDS: dict[str, dict[str, str]] = {
         "demo": "fits the demo scene",
     },
     "light from the world": {
-        "rotate-world": "finds the rotation and strength of a known panorama by the photos",
         "lamps": "makes suns of the bright spots of the world's image",
     },
     "what the renderer computes": {
@@ -77,7 +77,6 @@ def build_parser() -> argparse.ArgumentParser:
     _add_compare(commands)
     _add_next_camera(commands)
     _add_trade(commands)
-    environment.add_rotate_world(_command(commands, "rotate-world", ".commands.rotate_world"))
     environment.add_lamps(_command(commands, "lamps", ".commands.lamps"))
     _add_demo(commands)
     return parser
@@ -173,6 +172,7 @@ def _add_probe(commands: argparse._SubParsersAction) -> None:
 
 def _add_fit(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "fit", ".commands.fit")
+    parser.set_defaults(checks_lights=True)
     add = parser.add_argument
     scene = "a .blend file, or the run.json of an earlier fit; with --resume it may be left out"
     add("scene", metavar="SCENE", nargs="?", help=scene)
@@ -183,21 +183,22 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     model = (
         "tries an opaque body, a medium and grids of albedos in turn, while each explains photos "
     )
-    model += "better that no fit has seen: auto, opaque or medium"
+    model += "better that no fit has seen: auto, opaque, subsurface or medium"
     add("--model", metavar="[MATERIAL:]NAME", help=model)
     start = "a value, default: the scene's; or the folder of a fit, to begin where that one ended"
     add("--start", **many, metavar="OWNER:PARAM=V[,V,V]|RESULT", help=start)
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI", help="of each channel")
     grid = (
         "voxels along a grid's longest side, or a .npy or .vol file to start from; of an image, "
-        "such as base_color_texture, texels along each side, or a picture"
+        "such as base_color_texture, texels along each side, or a picture; new: a new colour "
+        "attribute for vertex_colors"
     )
-    add("--grid", **many, metavar="MATERIAL:GRID=N|FILE", help=grid)
+    add("--grid", **many, metavar="OWNER:FIELD=N|FILE|new", help=grid)
     unseen = "texels or vertices that no photo sees stay as they were, or are filled from around"
     add("--unseen", **many, metavar="OWNER:FIELD=keep|fill", help=unseen)
     stages = "what is fitted first: usual (default; light-first where the world's image, an image "
-    stages += "and its colour are fitted), none, ior-last, colours-first, light-first, auto (what "
-    stages += "photos determine), or a JSON file"
+    stages += "and its colour are fitted), none, ior-last, colours-first, light-first, or a JSON "
+    stages += "file"
     add("--stages", metavar="FILE", help=stages)
     environment.add_environment(group)
     add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")
@@ -231,6 +232,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     )
     add("--tolerance", type=float, help="stop when the loss falls below; 0: never")
     add_of_fits(add)
+    add_scheduler(parser.add_argument_group("where it runs").add_argument)
     add = parser.add_argument_group("results").add_argument
     add("--picture-spp", type=int, help="samples per pixel of the pictures in the result folder")
     add("--resume", metavar="DIR", help="goes on with the run of a folder <date>_<time>.unfinished")

@@ -11,7 +11,7 @@ from typing import TextIO
 import numpy as np
 
 from .. import native
-from ..atomic_files import partial_name
+from ..atomic_files import partial_name, take_place
 from ..problems import BadInput, Problem
 from . import arguments
 from .probe_table import RESULTS, SLOPE, Layout, Part, TableReader
@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> dict[str, object]:
                 layout, rows = _evaluate(reader, to, args.derivatives, args.precision)
             if layout is None or reader.problems:
                 raise BadInput(reader.problems)
-            partial.replace(out)
+            take_place(partial, out)
         finally:
             partial.unlink(missing_ok=True)
     seconds = time.perf_counter() - started

@@ -6,11 +6,15 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 
 #: Between two lines of progress where there is no terminal.
 _SECONDS = 5.0
+#: Who hears of progress beside the terminal, with (fraction, text).
+_HEARS: list[Callable[[float, str], None]] = []
+#: Of what the bars are a part, "" for the whole of a command.
+_PART = [""]
 
 
 def say(text: str) -> None:
@@ -65,7 +69,9 @@ class Bar:
     def update(self, fraction: float, seconds_left: float = math.nan, note: str = "") -> None:
         """`fraction` in [0, 1]; `seconds_left` NaN while unknown."""
         left = "" if math.isnan(seconds_left) else f"{seconds_left:.0f} s left"
-        text = "  ".join(part for part in (note, left) if part)
+        text = "  ".join(word for word in (_PART[0], note, left) if word)
+        for hears in _HEARS:
+            hears(fraction, text)
         if self._rich is not None:
             self._rich.update(self._task, completed=fraction, note=text)
         elif time.monotonic() - Bar._last > _SECONDS:
@@ -86,3 +92,23 @@ def bar(title: str) -> Iterator[Bar]:
         yield shown
     finally:
         shown.close()
+
+
+@contextmanager
+def heard(by: Callable[[float, str], None]) -> Iterator[None]:
+    """Progress also goes to a function."""
+    _HEARS.append(by)
+    try:
+        yield
+    finally:
+        _HEARS.remove(by)
+
+
+@contextmanager
+def part(name: str) -> Iterator[None]:
+    """Progress begins with the name of what it belongs to."""
+    before, _PART[0] = _PART[0], name
+    try:
+        yield
+    finally:
+        _PART[0] = before

@@ -32,7 +32,7 @@ ENOUGH = 64
 class Setting:
     """One row of the table.
 
-    path: from the scene. value: of a comparison render. spoils: tells a value with which the
+    path: from the scene. value: of a comparison render. spoils: true of a value with which the
     artist's picture differs from the fit; None where it cannot. cost: what that value does. needs:
     what the scene must hold for it to matter (a field of Needs). remark: it differs, but no
     parameter would be fitted otherwise; such a setting stays the artist's choice.

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..scene_read.values import CameraValues, GridValues
     from .report import CheckedPhoto, CheckReport, CheckRequest, GridFile
 
-#: Cycles renders that often, with that many seeds; their spread tells the noise.
+#: Cycles renders that often, with that many seeds; their spread is the noise.
 SEEDS = 4
 #: Radiance at which the pictures of differences are brightest.
 LARGEST_ERROR = 0.2

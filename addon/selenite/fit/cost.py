@@ -9,7 +9,7 @@ from dataclasses import replace
 from .. import native
 from ..capture.prepared import Capture
 from ..problems import refused
-from .job import DESCENT, FitJob
+from .job import FitJob
 from .plan import FitPlan
 from .settings import FitSettings
 
@@ -57,24 +57,35 @@ def phase_paths(
 ) -> dict[str, float]:
     """As `paths`, by the name of each phase that the fit is expected to have. own: native settings
     in place of those of `settings`."""
-    if any(item.kind.is_shape for item in plan.fields):
-        pixels = pixels_at(plan.captures, settings.height)
-        return {DESCENT: settings.iterations * settings.spp * pixels * _PATH["shape"]}
-    with refused("Fit", "change the settings or the bounds"):
-        planned = native.core().schedule(
-            plan.scene,
-            sizes_at(plan.captures, settings.height),
-            [
-                *(item.native() for item in plan.unknowns),
-                *(item.native() for item in plan.fields),
-            ],
-            settings.native() | dict(own or {}),
-        )
     found: dict[str, float] = {}
-    for row in planned:
-        cost = row["pixels"] * row["spp"] * row["renders"] * _PATH[row["derivatives"]]
-        found[row["phase"]] = found.get(row["phase"], 0.0) + cost
+    for part in _apart(plan):
+        with refused("Fit", "change the settings or the bounds"):
+            planned = native.core().schedule(
+                part.scene,
+                sizes_at(part.captures, settings.height),
+                [
+                    *(item.native() for item in part.unknowns),
+                    *(item.native() for item in part.fields),
+                ],
+                settings.native() | dict(own or {}),
+            )
+        for row in planned:
+            cost = row["pixels"] * row["spp"] * row["renders"] * _PATH[row["derivatives"]]
+            found[row["phase"]] = found.get(row["phase"], 0.0) + cost
     return found
+
+
+def _apart(plan: FitPlan) -> list[FitPlan]:
+    """The plan of each shape, and of the rest: vertices move alone."""
+    parts = [
+        replace(plan, unknowns=[], fields=[item], stages=())
+        for item in plan.fields
+        if item.kind.is_shape
+    ]
+    rest = [item for item in plan.fields if not item.kind.is_shape]
+    if plan.unknowns or rest or not parts:
+        parts.append(replace(plan, fields=rest, stages=()))
+    return parts
 
 
 def seconds_per_path(
@@ -103,11 +114,12 @@ def _short(settings: FitSettings, height: int) -> FitSettings:
 
 def _timed(plan: FitPlan, begun: Callable[[FitJob], None]) -> tuple[float, float]:
     """(seconds, paths)"""
-    job = FitJob(replace(plan, stages=()))
+    timed = _apart(plan)[-1]
+    job = FitJob(timed)
     job.start()
     begun(job)
     job.join()
-    return job.result().seconds, paths(plan.request.settings, plan)
+    return job.result().seconds, paths(plan.request.settings, timed)
 
 
 def expected(plan: FitPlan, settings: FitSettings, per_path: float) -> float:

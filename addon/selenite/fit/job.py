@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,24 +17,30 @@ from ..messages import thing
 from ..parameters import Values
 from ..problems import BadInput, Failed, Problem, refused
 from . import trust
-from .diagnosis.course import Limits, diagnose, still_falling
-from .fields import VerticesUnknown
+from .diagnosis.course import Limits, diagnose, shortened, still_falling
 from .plan import FitPlan
 from .staging import plan as stage_plan
 
 if TYPE_CHECKING:
-    from .._core import Fit, FitResult, History, Progress, Scene, ShapeFit
+    from .._core import Fit, FitResult, History, Progress, Scene
+    from .cluster.workers import ClusterWorkers
 
 _DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
 #: Pixels of all photos up to which a diagnosis is made by who polls: some 20 ms. Above it has a
 #: thread, or whoever draws an interface would wait for it.
 _PIXELS_AT_ONCE = 150_000
+#: Of a fit that fails for a reason without one.
+_CURE = "change the photos or the settings"
 #: Phases of a fit that are asked for by name; the native module has more.
 MULTI_START, DESCENT = "multi-start", "descent"
 
 
 class FitFailed(Failed):
-    """The native fit stopped with an error."""
+    """The native fit stopped: why, as of BadInput."""
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems = list(problems)
+        super().__init__("\n".join(problem.line() for problem in self.problems))
 
 
 @dataclass(frozen=True)
@@ -50,19 +56,23 @@ class FitJob:
     """Start, poll, cancel, join, result. The caller joins before it drops the job."""
 
     def __init__(
-        self, plan: FitPlan, state: SavedState | None = None, *, refined: bool = True
+        self,
+        plan: FitPlan,
+        state: SavedState | None = None,
+        *,
+        workers: ClusterWorkers | None = None,
     ) -> None:
         """Validates natively, every stage too, and starts nothing. Raises BadInput.
 
-        `state`: of a fit with this plan, which goes on as that one would have done. `refined`:
-        False where the values need no intervals.
+        `state`: of a fit with this plan, which goes on as that one would have done. `workers`: who
+        renders in place of this process.
         """
         self.plan = plan
         self._notes: tuple[str, ...] = ()
         self._next_diagnosis = 0.0  # by the clock
         self._diagnosing: threading.Thread | None = None
         with refused("Fit", "change the settings or the bounds"):
-            self._fit = _native_fit(plan, refined=refined)
+            self._fit = _native_fit(plan, workers)
         if state is not None:
             self._restore(state)
 
@@ -80,8 +90,10 @@ class FitJob:
     def progress(self) -> Progress:
         """Cheap, at any time. Raises FitFailed when the thread met an error."""
         state = self._fit.progress()
-        if state.error:
-            raise FitFailed(_in_words(state.error))
+        if state.problems:
+            raise FitFailed(
+                Problem(said.object, said.cause, said.cure or _CURE) for said in state.problems
+            )
         if state.running and time.monotonic() >= self._next_diagnosis:
             self._diagnose()
             self._next_diagnosis = time.monotonic() + _DIAGNOSE_EVERY
@@ -183,22 +195,19 @@ class FitJob:
 
     def closing_notes(self, fit: FitResult) -> tuple[str, ...]:
         """After the end, of its result: what a user should know."""
-        return (*self.notes(), *still_falling(fit))
+        return (*self.notes(), *still_falling(fit), *shortened(fit))
 
 
-def _native_fit(plan: FitPlan, *, refined: bool) -> Fit | ShapeFit:
+def _native_fit(plan: FitPlan, workers: ClusterWorkers | None) -> Fit:
     """Raises ValueError, KeyError."""
     photos = [capture.native() for capture in plan.captures]
-    for item in plan.fields:
-        if isinstance(item, VerticesUnknown):
-            return item.fit(plan.scene, photos, plan.request.settings)
     unknowns = [item.native() for item in plan.unknowns]
     unknowns += [item.native() for item in plan.fields]
     if plan.stages:
-        return native.core().Fit(unknowns, stages=[stage.native() for stage in plan.stages])
+        stages = [stage.native() for stage in plan.stages]
+        return native.core().Fit(unknowns, stages=stages, workers=workers)
     settings = plan.request.settings.native()
-    settings |= {} if refined else {"refinement": "off"}
-    return native.core().Fit(plan.scene, photos, unknowns, settings)
+    return native.core().Fit(plan.scene, photos, unknowns, settings, workers=workers)
 
 
 def fitted_values(plan: FitPlan, fit: FitResult) -> dict[tuple[str, str], Values]:
@@ -219,14 +228,6 @@ def scene_at(
     for item in plan.fields:
         scene = item.placed(scene, fields[item.name])
     return scene
-
-
-def _in_words(error: str) -> str:
-    if "bad_alloc" in error:
-        return (
-            "the computer's memory does not suffice; lower the height or fit fewer photos at once"
-        )
-    return error
 
 
 def _text(error: Exception) -> str:

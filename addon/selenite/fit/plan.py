@@ -16,6 +16,7 @@ from ..capture.request import CaptureRequest, with_ids
 from ..capture.silhouette import Silhouettes
 from ..capture.value_kinds import PACKED
 from ..messages import remark, thing
+from ..parameters import Values
 from ..paths import MISSING, why_not_file
 from ..problems import BadInput, Problem, refused
 from ..scene_read.build import build
@@ -27,6 +28,7 @@ from .diagnosis.darkness import problems_of_darkness
 from .fields import FieldUnknown, vertex_positions
 from .request import RunRequest, UnknownRequest
 from .staging import plan as stage_plan
+from .staging import shape_apart
 from .staging.colour_first import with_colours
 from .staging.plan import Stage
 from .unknowns import Unknown, choose, fitted_owners, usual_requests
@@ -53,6 +55,9 @@ class FitPlan:
     transmits: bool = False  # a fitted material refracts, or may
     opaque: bool = False  # no light passes through any fitted material
     hold_out: tuple[Capture, ...] = ()  # photos that the fit does not see
+    #: What `scene` was built of, and the start values that it was given then.
+    source: SceneValues = field(default_factory=SceneValues)
+    starts: Mapping[tuple[str, str], Values] = field(default_factory=dict)
     #: By photo the angle of its camera about the vertical axis; empty where their lights differ.
     azimuths: Mapping[str, float] = field(default_factory=dict)
 
@@ -78,14 +83,16 @@ def prepare(
     values = with_colours(values, requests, request.stages, warnings)
     single, many = all_fields.split(requests)
     unknowns = choose(values, single, request.settings, problems, warnings)
-    wanted = stage_plan.named(values, request.stages, problems)
+    names = [all_fields.name_of(values, item) for item in requests]
+    asked = shape_apart.apart(names, request.stages, request.settings.iterations, warnings)
+    wanted = stage_plan.named(values, asked, problems)
     fitted_with = stage_plan.fitted_with_fields(unknowns, wanted)
     fields = all_fields.choose(values, many, fitted_with, request.settings, problems)
     fields = stage_plan.starting_at_colour(fields, unknowns, problems)
     warnings += all_fields.remarks(fields, unknowns)
-    shape = vertex_positions.alone(fields, unknowns, bool(wanted), problems)
-    if shape is not None:
-        request = replace(request, settings=shape.settings(request.settings, warnings))
+    warnings += vertex_positions.remarks(fields, request.settings, request.captures)
+    if not wanted and any(item.kind.is_shape for item in fields):
+        request = replace(request, settings=vertex_positions.with_loss(request.settings))
     names = [*(item.name for item in unknowns), *(item.name for item in fields)]
     settings = stage_plan.settings_of(wanted, names, request.settings, problems)
 
@@ -121,9 +128,8 @@ def prepare(
         raise BadInput(problems)
     values = values.without_shut({(item.owner, item.parameter.name) for item in unknowns})
     go_on()
-    scene = build_scene(all_fields.with_fields(values, fields))
-    if shape is not None:
-        scene = shape.placed(scene, shape.start)
+    source = all_fields.with_fields(values, fields)
+    scene = _with_shapes(build_scene(source), fields)
     if dark := problems_of_darkness(values, captures, unknowns, fields):
         raise BadInput(dark)
     warnings += gauge.remarks(values, captures, names)
@@ -133,13 +139,16 @@ def prepare(
     by_height = {request.settings.height: captures}
     stages = []
     for stage, own in zip(wanted, settings, strict=True):
+        if any(shape_apart.is_shape(name) for name in stage.parameters):
+            own = vertex_positions.with_loss(own)
         if own.height not in by_height:
             by_height[own.height] = photos(own.height, [])
         active = stage_plan.active_fields(stage.name, wanted, unknowns, fields)
-        base = scene
+        base, base_source = scene, source
         if len(active) < len(fields):
-            base = build_scene(all_fields.with_fields(values, active))
-        stages.append(Stage(stage, own, by_height[own.height], base, tuple(active)))
+            base_source = all_fields.with_fields(values, active)
+            base = _with_shapes(build_scene(base_source), fields)
+        stages.append(Stage(stage, own, by_height[own.height], base, tuple(active), base_source))
     return FitPlan(
         request=replace(
             request,
@@ -158,7 +167,17 @@ def prepare(
         opaque=not (_transmits(values, requests) or _has_medium(values, requests)),
         hold_out=tuple(hold_out),
         azimuths=_azimuths(values, captures),
+        source=source,
+        starts=starts,
     )
+
+
+def _with_shapes(scene: Scene, fields: Sequence[FieldUnknown]) -> Scene:
+    """The native scene with the vertices where they start."""
+    for item in fields:
+        if item.kind.is_shape:
+            scene = item.placed(scene, item.values)
+    return scene
 
 
 def _azimuths(values: SceneValues, captures: Sequence[Capture]) -> dict[str, float]:
@@ -263,7 +282,9 @@ def model_name(unknowns: list[Unknown], fields: Sequence[FieldUnknown] = ()) -> 
     if any(item.kind.is_grid for item in fields):
         return "volume: a ticked parameter is a grid"
     if any(item.kind.is_shape for item in fields):
-        return "shape: the vertices of an object are fitted"
+        return "shape: the vertices of an object are fitted" + (
+            ", and in other stages all else" if unknowns or len(fields) > 1 else ""
+        )
     effects = {item.parameter.effect for item in unknowns}
     if "visibility" in effects:
         return "visibility: a ticked parameter moves silhouettes"

@@ -46,16 +46,14 @@ class UnknownRequest:
 @dataclass(frozen=True)
 class RunRequest:
     """One fit. No unknowns: the usual ones of the only material. No captures: the scene's.
-    No stages: everything at once. staging: why, in a sentence, where the photos chose them; "" for
-    those that the user gave. reading: what becomes of materials that cannot be read. begins_at:
-    folder of the fit whose values, grids and images the scene has here; "" for none."""
+    No stages: everything at once. reading: what becomes of materials that cannot be read.
+    begins_at: folder of the fit whose values, grids and images the scene has here; "" for none."""
 
     scene: str
     unknowns: tuple[UnknownRequest, ...] = ()
     captures: tuple[CaptureRequest, ...] = ()
     settings: FitSettings = field(default_factory=FitSettings)
     stages: tuple[StageRequest, ...] = ()
-    staging: str = ""
     reading: ReadingOptions = field(default_factory=ReadingOptions)
     begins_at: str = ""
 
@@ -69,7 +67,6 @@ class RunRequest:
             "captures": [item.as_json() for item in self.captures],
             "settings": self.settings.as_json(),
             "stages": [item.as_json() for item in self.stages],
-            "staging": self.staging,
             "reading": self.reading.as_json(),
             "begins_at": self.begins_at,
         }
@@ -91,7 +88,6 @@ class RunRequest:
                 ),
                 settings=FitSettings.from_json(data.get("settings", {})),
                 stages=_stages(data.get("stages"), title),
-                staging=_text(data, "staging", ""),
                 reading=ReadingOptions.from_json(data.get("reading", {})),
                 begins_at=_text(data, "begins_at", ""),
             )

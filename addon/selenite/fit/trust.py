@@ -250,8 +250,8 @@ def _fitted_with_an_image(unknown: Unknown, fit: FitResult) -> list[str]:
 
 
 def depends_on_texels(unknown: Unknown, fit: FitResult) -> bool:
-    """Whether it shapes reflections, as a roughness or an IOR, beside an image of the world: how
-    finely this tells directions apart moves it, and no interval knows of it. Measured:
+    """Whether it shapes reflections, as a roughness or an IOR, beside an image of the world: the
+    resolution of directions moves it, and no interval knows of it. Measured:
     docs/measurements/fields.md."""
     of_gloss = unknown.parameter.name.rpartition("_")[2] in ("roughness", "ior")
     return of_gloss and ENVIRONMENT in fit.fields_best

@@ -15,7 +15,7 @@ from mathutils.bvhtree import BVHTree
 
 from ..problems import BadInput, Problem
 from ..scene_read.closedness import Closedness, survey
-from ..scene_read.hosts import BpyStruct, is_editable
+from ..scene_read.hosts import BpyStruct, floats, is_editable
 from .blender_mesh import world_triangles
 
 #: Distance of vertices that are one, and of a ray's start from its surface: share of the diagonal.
@@ -82,9 +82,9 @@ def fill_holes(item: bpy.types.Object) -> int:
 
 def remesh(item: bpy.types.Object, voxel: float) -> None:
     """Fills the holes, then Blender's voxel remesh: one closed surface around all, with faces as
-    large as a voxel. UV maps are lost, details smaller than a voxel too. voxel: its side in Blender
-    units of the world. Raises BadInput."""
-    mesh = _own_mesh(item)
+    large as a voxel, of the shape that the shape keys make. These are lost, UV maps and details
+    smaller than a voxel too. voxel: its side in Blender units of the world. Raises BadInput."""
+    mesh = _own_mesh(item, keys=True)
     longest, scale = float(sides(item).max()), _scale(item)
     if not voxel > 0 or longest / voxel > MOST_VOXELS:
         parts = longest / max(voxel, 1e-30)
@@ -92,7 +92,7 @@ def remesh(item: bpy.types.Object, voxel: float) -> None:
         cure = f"give a larger one, at least {longest / MOST_VOXELS:.4g}"
         raise BadInput(Problem(f"Object '{item.name}'", cause, cure))
     # Across a hole the remesh does not know inside from outside, and leaves crumbs.
-    filled = mesh.copy()
+    filled = _without_keys(item)
     _fill(filled, _TINY * longest / scale)
     made = _voxels_of(filled, voxel / scale)
     bpy.data.meshes.remove(filled)
@@ -102,6 +102,23 @@ def remesh(item: bpy.types.Object, voxel: float) -> None:
         raise BadInput(Problem(f"Object '{item.name}'", "no face would be left", cure))
     made.name = mesh.name
     item.data = made
+
+
+def _without_keys(item: bpy.types.Object) -> bpy.types.Mesh:
+    """A copy of the object's mesh with its shape keys as they are mixed now, and without them."""
+    mesh = cast(bpy.types.Mesh, item.data)
+    made = mesh.copy()
+    if mesh.shape_keys is None:
+        return made
+    mix = item.shape_key_add(name="Selenite mix", from_mix=True)
+    places = floats(mix.data, "co", 3)
+    item.shape_key_remove(mix)
+    scratch = bpy.data.objects.new("Selenite mix", made)
+    scratch.shape_key_clear()
+    bpy.data.objects.remove(scratch)
+    made.vertices.foreach_set("co", places.ravel())
+    made.update()
+    return made
 
 
 def _fill(mesh: bpy.types.Mesh, distance: float) -> int:
@@ -162,13 +179,14 @@ def _triangles(item: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
     return world_triangles(cast(bpy.types.Mesh, item.data), item.matrix_world)
 
 
-def _own_mesh(item: bpy.types.Object) -> bpy.types.Mesh:
-    """The object's mesh, which no other object shares from now on. Raises BadInput."""
+def _own_mesh(item: bpy.types.Object, *, keys: bool = False) -> bpy.types.Mesh:
+    """The object's mesh, which no other object shares from now on. keys: it may have shape keys.
+    Raises BadInput."""
     mesh = cast(bpy.types.Mesh, item.data)
     title = f"Object '{item.name}'"
     if not (is_editable(item) and is_editable(mesh)):
         raise BadInput(Problem(title, "it is linked from a library", "make it local first"))
-    if mesh.shape_keys is not None:
+    if mesh.shape_keys is not None and not keys:
         raise BadInput(Problem(title, "its mesh has shape keys", "apply or remove them first"))
     if mesh.users > 1:
         mesh = item.data = mesh.copy()

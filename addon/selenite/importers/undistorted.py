@@ -103,7 +103,7 @@ def _written(
         image.write_exr(str(photo), pixels)
     else:
         image.write_png(str(photo), pixels, 16)
-    image.write_png(str(mask), inside.astype(np.float32))
+    image.write_png(str(mask), (inside >= 1).astype(np.float32))
     lens = camera.intrinsics.lens
     plain = replace(camera.intrinsics, lens=LensDistortion(lens.fx, lens.fy, lens.cx, lens.cy))
     capture = replace(capture, photo=str(photo), mask=str(mask), distortion=None)

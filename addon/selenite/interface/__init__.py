@@ -16,10 +16,12 @@ from .furniture import first_use, icon, languages, links, preferences, sample
 from .importing import operators as import_operators
 from .importing import tools as import_tools
 from .operators import apply as apply_operators
+from .operators import batch as batch_operators
 from .operators import check as check_operators
 from .operators import fit as fit_operators
+from .operators import models as model_operators
 from .operators import next_camera as camera_operators
-from .operators import presets, rotate_environment
+from .operators import presets
 from .operators import rows as row_operators
 from .operators import stop as stop_operators
 from .operators import time as time_operators
@@ -49,8 +51,9 @@ _MODULES = (
     apply_operators,
     check_operators,
     time_operators,
+    model_operators,
+    batch_operators,
     camera_operators,
-    rotate_environment,
     result_panel,
     picture_properties,
     picture_operators,

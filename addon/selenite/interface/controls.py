@@ -12,10 +12,12 @@ CONTROLS = {
     "environment-file": "start from a file, or set Projection to Panorama",
     "mirror-ball": "Projection Mirror Ball",
     "fit": "tick",
+    "fit-one-model": "Body set to As Ticked",
     "fit-some": "tick parameters, or press Usual",
     "fit-others": "tick the others",
     "next-camera": "Suggest Next Camera",
     "bake": "Bake Unreadable Nodes",
     "approximate": "Approximate Unreadable Materials",
+    "new-colors": "add one under Object Data > Color Attributes",
     "resolution": "press Set Resolution, or give the photo Own Size",
 }

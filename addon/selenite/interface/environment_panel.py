@@ -22,7 +22,6 @@ from ..scene_read.reading.render_depsgraph import Reading
 from ..scene_read.scene import reading
 from ..scene_read.values import SceneValues
 from ..write_back import suns
-from .operators import rotate_environment
 from .pictures import images
 from .progress.background import draw_work
 from .state import RUN, SPOTS
@@ -63,16 +62,16 @@ def update() -> bool:
     unknown = field()
     if unknown is None:
         return False
-    values, running = None, RUN.job is not None
-    if RUN.job is not None:
+    values, fitting, done = None, RUN.fitting, RUN.done
+    if fitting is not None:
         try:
-            values = RUN.job.field(unknown.name)
+            values = fitting.job.field(unknown.name)
         except FitFailed:
             return False
-    elif RUN.result is not None and RUN.plan is not None:
-        values = fitted_environment(RUN.plan.fields, RUN.result.fields)
+    elif done is not None:
+        values = fitted_environment(done.plan.fields, done.result.fields)
     show(unknown.start if values is None else values)
-    return running
+    return fitting is not None
 
 
 def show(values: np.ndarray) -> bpy.types.Image:
@@ -106,7 +105,6 @@ class SELENITE_PT_environment(bpy.types.Panel):
             image: BpyStruct = bpy.data.images.get(IMAGE)
             if image is not None and image.preview is not None:
                 self.layout.template_icon(icon_value=image.preview.icon_id, scale=8.0)
-        rotate_environment.draw(self.layout, context)
         if not draw_work(self.layout, SPOTS):
             self.layout.operator("selenite.lamps_from_environment", icon="LIGHT_SUN")
 

@@ -11,12 +11,13 @@ import bpy
 from ..capture.scene_captures import ids_of
 from ..cycles_check.render_settings import Contents, remarks
 from ..fit.job import DESCENT
-from ..messages import joined, message
+from ..messages import message
 from . import state, warning_rows
 from .captures import lights as capture_lights
 from .captures import photo as capture_photo
 from .chosen import chosen
-from .operators import presets
+from .operators import batch, presets
+from .operators.models import AS_TICKED, SELENITE_PT_models
 from .operators.time import draw_trade
 from .progress.background import draw_next_camera, draw_work
 from .progress.head import SELENITE_PT_head, next_step
@@ -145,25 +146,23 @@ class SELENITE_PT_fit(bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         """Quality and Start; while a fit runs its values and remarks."""
         settings, layout = context.scene.selenite, self.layout
-        if state.STAGES.job is not None:
-            layout.label(text="Choosing stages")
-            return
         if state.RUN.is_active:
             _draw_running(layout, context)
             return
         column = layout.column()
         step, _ = next_step(context.scene)
-        if step != "selenite.start":  # else both are in the head
+        starts = ("selenite.start", "selenite.fit_models")
+        if step not in starts:  # else these are in the head
             field(column, settings, "preset")
+            field(column, settings, "body")
         field(column, settings, "stage_mode")
-        if step != "selenite.start":
-            layout.operator("selenite.start", icon="PLAY")
+        if step not in starts:
+            layout.operator(starts[settings.body != AS_TICKED], icon="PLAY")
         if not draw_work(layout, state.ESTIMATE):
             layout.operator("selenite.estimate", icon="TIME")
         for line in state.EXPECTED.get(context.scene.name, ()):
             paragraph(layout, context, line)
-        _draw_staging(layout, context)
-        _draw_notes(layout, context, state.RUN.result.notes if state.RUN.result else ())
+        _draw_notes(layout, context, state.RUN.done.result.notes if state.RUN.done else ())
 
 
 class SELENITE_PT_advanced(bpy.types.Panel):
@@ -186,6 +185,7 @@ class SELENITE_PT_advanced(bpy.types.Panel):
             for name in names:
                 field(column, context.scene.selenite, name)
         layout.operator("selenite.resume", icon="RECOVER_LAST")
+        batch.draw(layout, context)
         if not len(context.scene.selenite.results):  # else it stands below them
             draw_next_camera(layout, context)
         column = layout.column(align=True)
@@ -233,32 +233,25 @@ def _draw_pair(layout: bpy.types.UILayout, item: bpy.types.PropertyGroup) -> Non
 
 def _draw_running(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """Loss, values and remarks; the bar and the buttons are in the head of the tab."""
-    job, progress = state.RUN.job, state.RUN.progress
-    if job is None or progress is None:
+    fitting = state.RUN.fitting
+    progress = fitting.progress if fitting is not None else None
+    if fitting is None or progress is None:
         layout.label(text="Starting")
         return
+    job = fitting.job
     if progress.phase == DESCENT:
         text = translated("Iteration {} of {}")
         layout.label(text=text.format(progress.iteration, progress.iterations))
     if stage := job.stage_title(progress):
         layout.label(text=f"{translated('Stage')} {stage}")
-    _draw_staging(layout, context)
     if math.isfinite(progress.loss):
         layout.label(text=f"{translated('Loss')} {progress.loss:.5g}")
     for name, value in progress.values.items():
         text = with_labels(name, context.scene.selenite.rows)
         paragraph(layout, context, f"{text}  {'  '.join(f'{x:.3f}' for x in value)}")
     _draw_notes(layout, context, job.newest_notes)
-    if state.RUN.recorder is not None and state.RUN.recorder.trouble:
-        _draw_notes(layout, context, [state.RUN.recorder.trouble])
-
-
-def _draw_staging(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
-    """The stages that were chosen for the run, and why."""
-    if state.RUN.plan is not None and state.RUN.plan.request.staging:
-        paragraph(
-            layout, context, joined(": ", (translated("Stages"), state.RUN.plan.request.staging))
-        )
+    if fitting.recorder is not None and fitting.recorder.trouble:
+        _draw_notes(layout, context, [fitting.recorder.trouble])
 
 
 def _draw_notes(
@@ -277,6 +270,7 @@ CLASSES = (
     SELENITE_UL_owners,
     SELENITE_UL_rows,
     SELENITE_PT_head,
+    SELENITE_PT_models,
     SELENITE_PT_result,  # in sight at the end of a fit, and not there before
     SELENITE_PT_captures,
     SELENITE_PT_capture,

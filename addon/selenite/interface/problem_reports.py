@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import StringProperty
 
+from ..fit.job import FitFailed
 from ..messages import named
 from ..problems import BadInput, Problem
 from ..scene_read.camera import named_cameras
@@ -13,7 +14,7 @@ from .state import PROBLEMS, SHAPES
 from .texts import announce, shown
 
 
-def report_problems(operator: bpy.types.Operator, error: BadInput) -> None:
+def report_problems(operator: bpy.types.Operator, error: BadInput | FitFailed) -> None:
     """All of them stay in the head of the panel; the report has a line for each."""
     PROBLEMS[bpy.context.scene.name] = list(error.problems)
     lines = (

@@ -57,7 +57,7 @@ SEARCH_ITEMS = (
     ("on", "Always", "Evaluate many starting points", 1),
     ("off", "Never", "Step from the given start", 2),
 )
-# Beside the first and the own list, the names are those of fit.staging.request.
+# Beside the own list, the names are those of fit.staging.request. 4 was "auto" in older files.
 STAGE_ITEMS = (
     (
         "usual",
@@ -80,13 +80,21 @@ STAGE_ITEMS = (
         5,
     ),
     ("own", "Own List", "What the stages below name; ticks do not count", 3),
+)
+
+
+# Beside the first, the names are those of fit.model_chain.
+BODY_ITEMS = (
+    ("ticked", "As Ticked", "The ticked parameters of the material as it is", 0),
     (
         "auto",
         "Automatic",
-        "First what the photos determine where multi-start ends, then everything; measured to be "
-        "no better than All at Once for the same time",
-        4,
+        "Opaque; where photos show light through the body, then a medium and its albedo grids",
+        1,
     ),
+    ("opaque", "Opaque", "Roughness and base colour, as an image where the mesh has UVs", 2),
+    ("subsurface", "Subsurface", "Opaque first, then with subsurface scattering", 3),
+    ("medium", "Translucent", "Rough glass over a medium, then its albedo as a grid", 4),
 )
 
 
@@ -177,6 +185,14 @@ class SeleniteStage(bpy.types.PropertyGroup):
     own_height: _own_property("height", "Height")
 
 
+class SeleniteModel(bpy.types.PropertyGroup):
+    """A model of the body that was fitted."""
+
+    error: FloatProperty(description="Of the photos held out, relative; below 0: not known")
+    kept: BoolProperty(description="Better than those before")
+    scene: StringProperty(subtype="FILE_PATH", description="Scene with the fitted model")
+
+
 class SeleniteSettings(bpy.types.PropertyGroup):
     """Everything that Selenite keeps in a scene."""
 
@@ -201,6 +217,18 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     )
     stages: CollectionProperty(type=SeleniteStage)
     active_stage: IntProperty()
+    body: EnumProperty(
+        name="Body",
+        items=BODY_ITEMS,
+        default="ticked",
+        description="Model of the photographed body: what is ticked, or models that are judged by "
+        "photos held out",
+    )
+    models: CollectionProperty(type=SeleniteModel)
+    active_model: IntProperty(name="Model", description="Apply Model takes this one")
+    models_material: PointerProperty(type=bpy.types.Material, description="That of the models")
+    models_sentence: StringProperty(description="By how much each model has helped")
+    model_applied: StringProperty(description="Name of the model that the body has")
     results: CollectionProperty(type=SeleniteResult)
     applied: BoolProperty(description="The fitted values are in the scene")
     verdict: StringProperty(description="The result in one sentence")
@@ -341,5 +369,6 @@ CLASSES = (
     SeleniteRow,
     SeleniteResult,
     SeleniteStage,
+    SeleniteModel,
     SeleniteSettings,
 )

@@ -11,7 +11,7 @@ from bpy.props import EnumProperty, StringProperty
 
 from .. import parameters
 from ..capture.request import CaptureRequest
-from ..fit.staging.request import AUTO, StageRequest, read_stages, stages_by_name
+from ..fit.staging.request import USUAL, StageRequest, read_stages, stages_by_name
 from ..messages import message
 from ..problems import BadInput, Problem
 from . import state
@@ -62,12 +62,12 @@ def named_stages(
     captures: Sequence[CaptureRequest],
     problems: list[Problem],
 ) -> tuple[StageRequest, ...]:
-    """The stages of a preset for the unknowns `names`; none where everything is fitted at once or
-    the photos choose them."""
+    """The stages of a preset for the unknowns `names`; none where everything is fitted at once."""
     settings = scene.selenite
-    if settings.stage_mode in ("own", AUTO) or not names:
+    if settings.stage_mode == "own" or not names:
         return ()
-    return stages_by_name(settings.stage_mode, names, settings.iterations, problems, captures)
+    mode = settings.stage_mode or USUAL  # "": a file of an earlier version, which had another one
+    return stages_by_name(mode, names, settings.iterations, problems, captures)
 
 
 class SELENITE_OT_add_stage(bpy.types.Operator):
@@ -223,7 +223,7 @@ class SELENITE_PT_stages(bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         """The list in the order of the run; the active stage below."""
         settings, layout = context.scene.selenite, self.layout
-        layout.enabled = state.RUN.job is None
+        layout.enabled = not state.RUN.is_active
         row = layout.row()
         row.template_list(
             "SELENITE_UL_stages", "", settings, "stages", settings, "active_stage", rows=3

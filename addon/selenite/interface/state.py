@@ -13,26 +13,14 @@ from ..advice.information.job import BackgroundJob, Work
 from ..advice.information.job import Step as BackgroundStep
 from ..cycles_check.job import CheckJob
 from ..cycles_check.render_settings import Contents
-from ..fit.job import FitJob
-from ..fit.overall import Overall, Shown
 from ..fit.plan import FitPlan
 from ..problems import Problem
-from ..scene_read.blender_process import ProcessProgress
+from ..scene_read.blender_process import BlenderProcess, ProcessProgress
 from ..scene_read.reading.job import ReadingJob
-from ..scene_read.values import Owner, SceneValues
-from .running.recorder import BackgroundRecorder, Closing
-from .running.work import Finishing, Preparing
-
-if TYPE_CHECKING:
-    from .._core import Progress
-    from ..advice.information.conditioning import StageChoice
-    from ..report.finished_fit import FinishedFit
+from ..scene_read.values import SceneValues
+from .running.run import CANCELLED, Run
 
 W = TypeVar("W", bound=Work)
-#: What the panel says of a run that leaves nothing behind.
-CANCELLED = "Cancelled; nothing was changed"
-#: What it says of a reading that was cancelled while Blender evaluates the scene.
-ENDING = "Cancelled; waiting for Blender"
 
 
 @dataclass
@@ -41,142 +29,6 @@ class Warnings:
 
     of_scene: list[str] = field(default_factory=list)
     of_plan: list[str] = field(default_factory=list)
-
-
-@dataclass
-class Run:
-    """At most one fit at a time: `reading`, `preparing`, `job`, `finishing`, in this order.
-    `result` stays after its end, for the result folder, and `folder` is that folder once it is
-    written."""
-
-    job: FitJob | None = None
-    reading: ReadingJob[Preparing] | None = None
-    preparing: BackgroundJob[Preparing] | None = None
-    finishing: BackgroundJob[Finishing] | None = None
-    overall: Overall | None = None
-    shown: Shown = field(default_factory=Shown)
-    # `plan`, `result`, `folder` and `owners` before this run
-    before: tuple[FitPlan | None, FinishedFit | None, Path | None, dict[str, Owner]] = (
-        None,
-        None,
-        None,
-        {},
-    )
-    left: list[BackgroundJob[Work]] = field(default_factory=list)  # cancelled, not at their end
-    scene_name: str = ""
-    owners: dict[str, Owner] = field(default_factory=dict)
-    progress: Progress | None = None
-    keep: bool = True
-    recorder: BackgroundRecorder | None = None
-    plan: FitPlan | None = None
-    result: FinishedFit | None = None
-    folder: Path | None = None
-    message: str = ""
-
-    def start(
-        self,
-        job: FitJob,
-        scene_name: str,
-        owners: dict[str, Owner],
-        overall: Overall | None = None,
-    ) -> None:
-        """Starts the native thread. overall: of the job, where it was made already."""
-        self.before = (self.plan, self.result, self.folder, self.owners)
-        self.job, self.scene_name, self.owners = job, scene_name, owners
-        self.progress, self.keep, self.message = None, True, ""
-        self.plan, self.result, self.folder = job.plan, None, None
-        self.recorder = self.finishing = None
-        self.overall, self.shown = overall or Overall(job.plan), Shown()
-        job.start()
-
-    @property
-    def is_active(self) -> bool:
-        """Whether anything of a run goes on."""
-        parts = (self.reading, self.preparing, self.job, self.finishing)
-        return any(item is not None for item in parts)
-
-    def read(self, job: ReadingJob[Preparing], scene_name: str) -> None:
-        """Begins with what needs Blender."""
-        self.reading, self.scene_name, self.keep = job, scene_name, True
-        self.progress, self.shown, self.message = None, Shown(phase="reading the scene"), ""
-
-    def prepare(self, job: BackgroundJob[Preparing]) -> None:
-        """Starts the thread before the fit."""
-        self.preparing = job
-        self.shown = Shown(phase="reading photos")
-        job.start()
-
-    def drop_preparing(self) -> None:
-        """Cancels what comes before a fit at once; its thread ends by itself."""
-        job, self.preparing = self.preparing, None
-        if job is not None:
-            job.cancel()
-            self.left = [item for item in self.left if item.progress()[0]] + [job]
-
-    def update(self) -> None:
-        """The newest progress. Raises FitFailed."""
-        if self.job is None:
-            return
-        self.progress = self.job.progress()
-        if self.overall is not None:
-            self.shown = self.overall.update(self.progress)
-
-    def record(self) -> str:
-        """Keeps the run on disk; returns why that has failed since the last time, "" if it has
-        not."""
-        if self.recorder is None or self.job is None:
-            return ""
-        return self.recorder.update(self.job)
-
-    def drop_record(self) -> None:
-        """Nothing is left to resume; a thread clears it away."""
-        recorder, self.recorder = self.recorder, None
-        if recorder is not None:
-            job = BackgroundJob(Closing(recorder))
-            self.left.append(job)
-            job.start()
-
-    def ask_to_stop(self, *, keep: bool) -> None:
-        """Returns at once; the modal operator sees the end at its next tick."""
-        self.keep = keep
-        if self.reading is not None:
-            self.reading.cancel()
-        if self.preparing is not None:
-            self.drop_preparing()
-        if self.job is not None:
-            self.job.cancel()
-        if self.finishing is not None:
-            self.finishing.cancel()
-
-    def bring_back(self) -> None:
-        """A cancelled run leaves the result before it as it was."""
-        self.plan, self.result, self.folder, self.owners = self.before
-        self.message = CANCELLED
-
-    def forget(self) -> None:
-        """The job has ended and its result is not wanted; the one before stays in the scene."""
-        job, self.job = self.job, None
-        last, self.finishing = self.finishing, None
-        if job is not None:
-            job.join()
-        if last is not None:
-            self.left.append(last)
-        self.drop_record()
-        self.bring_back()
-
-    def stop(self, *, keep: bool) -> None:
-        """Waits for the thread and forgets the job. What is in `left` goes on: see `end`."""
-        self.ask_to_stop(keep=keep)
-        if self.reading is not None:
-            self.reading.abandon()
-        self.reading = None
-        for item in (self.job, self.finishing):
-            if item is not None:
-                item.join()
-        if self.recorder is not None:
-            self.recorder.wait()
-        self.finishing = None
-        self.job = self.recorder = None  # what is on disk stays: Blender ends, not the user's wish
 
 
 @dataclass
@@ -294,21 +146,76 @@ class SceneReading:
             job.abandon()
 
 
+@dataclass
+class Command:
+    """At most one command of a kind at a time, in another process. `lines` stay after its end.
+
+    has_children: it has started others, which it has to end itself.
+    """
+
+    has_children: bool = False
+
+    job: BlenderProcess | None = None
+    scene_name: str = ""
+    step: BackgroundStep | None = None
+    lines: list[str] = field(default_factory=list)
+    keeps: bool = True
+    runs: bool = False
+
+    def start(self, job: BlenderProcess, scene_name: str) -> None:
+        """Starts the process."""
+        self.job, self.scene_name, self.step, self.lines = job, scene_name, None, []
+        self.keeps = self.runs = True
+        job.start()
+
+    def update(self) -> BackgroundStep:
+        """How far it has come."""
+        assert self.job is not None
+        progress = self.job.progress()
+        self.runs = progress.running
+        self.step = BackgroundStep(progress.fraction, progress.text)
+        return self.step
+
+    def ask_to_stop(self) -> None:
+        """It ends soon and reports what it has."""
+        if self.job is not None:
+            self.job.ask_to_stop()
+
+    def cancel(self) -> None:
+        """It ends at once where it has no children, else soon; nothing is kept."""
+        if self.job is None:
+            return
+        self.keeps = False
+        if self.has_children:
+            self.job.ask_to_stop()
+            return
+        self.stop()
+        self.lines = [CANCELLED]
+
+    def stop(self) -> None:
+        """Ends the process, waits for it and forgets it."""
+        job, self.job, self.step = self.job, None, None
+        if job is not None and self.has_children:
+            job.wind_up()
+        elif job is not None:
+            job.close()
+
+
 RUN = Run()
 READING = SceneReading()
 CHECK = Check()
 TRADE = Measurement()
 NEXT: Background[Work] = Background()
 ESTIMATE: Background[Work] = Background()
-STAGES: Background[StageChoice] = Background()
 SAVE: Background[Work] = Background()
-ROTATION: Background[Work] = Background()
 MASK: Background[Work] = Background(hears=False)
 SPOTS: Background[Work] = Background(hears=False)
+MODELS = Command()
+BATCH = Command(has_children=True)
 # Of modules that import this one
 SAMPLE: Background[Any] = Background()
 PAIRING: Background[Any] = Background(hears=False)
-JOBS = (TRADE, NEXT, ESTIMATE, STAGES, SAVE, ROTATION, MASK, SPOTS, SAMPLE)
+JOBS = (TRADE, NEXT, ESTIMATE, SAVE, MASK, SPOTS, SAMPLE, MODELS, BATCH)
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last read it.
@@ -329,8 +236,7 @@ def forget() -> None:
     for item in JOBS:
         item.lines = []
     if not RUN.is_active:
-        RUN.plan = RUN.result = RUN.folder = None
-        RUN.message, RUN.owners = "", {}
+        RUN.last, RUN.message = None, ""
 
 
 def end() -> None:
@@ -339,7 +245,7 @@ def end() -> None:
     CHECK.stop()
     for item in (*JOBS, PAIRING, READING):
         item.stop()
-    RUN.stop(keep=False)
+    RUN.stop()
     while RUN.left:
         RUN.left.pop().wait()
 

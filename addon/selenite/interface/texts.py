@@ -107,7 +107,7 @@ def wrapped(text: str, width: int) -> list[str]:
 
 
 def abbreviated(text: str, width: float) -> str:
-    """A name in `width` pixels if that can be: "Transm. Roughness". The last word, which tells it
+    """A name in `width` pixels if that can be: "Transm. Roughness". The last word, which sets it
     from others, stays whole."""
     *words, last = text.split() or [""]
     for index, word in enumerate(words):

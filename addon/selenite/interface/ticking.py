@@ -18,7 +18,8 @@ from ..problems import BadInput
 from ..scene_read.reading.job import ReadingJob
 from ..scene_read.reading.render_depsgraph import Reading, Stopped, at_once
 from .problem_reports import report_problems
-from .state import ENDING, READING, Background, is_idle
+from .running.run import ENDING
+from .state import READING, Background, is_idle
 from .texts import announce, shown, translated
 
 T = TypeVar("T")

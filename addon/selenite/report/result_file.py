@@ -136,7 +136,7 @@ class StageRow:
 
 @dataclass(frozen=True)
 class ResultFile:
-    """All of it; units are in the rows. stages: None without any; staging: "" for none."""
+    """All of it; units are in the rows. stages: None without any."""
 
     versions: Mapping[str, str]
     seed: int
@@ -159,7 +159,6 @@ class ResultFile:
     hold_out: Comparison | None
     warnings: Sequence[str]
     stages: Sequence[StageRow] | None = None
-    staging: str = ""
 
     @staticmethod
     def of(plan: FitPlan, result: FinishedFit, host: str) -> ResultFile:
@@ -206,7 +205,6 @@ class ResultFile:
             hold_out=Comparison(result.hold_out) if result.hold_out else None,
             warnings=[*plan.warnings, *result.notes],
             stages=None if fit.stages is None else [StageRow.of(stage) for stage in fit.stages],
-            staging=plan.request.staging,
         )
 
     def as_json(self) -> dict[str, object]:
@@ -214,8 +212,6 @@ class ResultFile:
         of_stages: dict[str, object] = {}
         if self.stages is not None:
             of_stages["stages"] = [asdict(stage) for stage in self.stages]
-        if self.staging:
-            of_stages["staging"] = self.staging
         return {
             "schema": SCHEMA,
             "versions": self.versions,

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import __version__, native
-from ..atomic_files import write_json
+from ..atomic_files import take_place, write_json
 from ..environments import sphere
 from ..fit import trust
 from ..fit.capture_render import as_found, evaluator
@@ -127,7 +127,7 @@ def write_results(
         plots.write(partial / PLOTS, plan, result.fit)
         if pictures:
             _write_pictures(plan, result, partial, progress)
-        partial.rename(final)
+        take_place(partial, final)
     finally:
         if partial.exists():
             shutil.rmtree(partial, ignore_errors=True)
@@ -197,7 +197,6 @@ def _log(plan: FitPlan, report: ResultFile, result: FinishedFit) -> str:
         ),
         f"Settings: {json.dumps(plan.request.settings.as_json())}",
         *(f"Warning: {text}" for text in report.warnings),
-        *([f"Stages: {plan.request.staging}"] if plan.request.staging else []),
         *(
             f"Stage {number} '{stage.name}': {', '.join(stage.parameters)}; "
             f"{stage.iterations} iterations, {stage.seconds:.2f} s, {stage.stopped_because}"

@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +26,10 @@ from ..problems import BadInput, Failed, Problem, problems_in
 from .blend_file import write_blend_copy
 from .reading.without_words import without_words
 
+#: File in the folder that asks the process to end and keep what it has.
+STOP = "stop"
+#: Seconds that a process has for that before it is ended.
+_PATIENCE = 5.0
 #: Key of images that the panel draws for itself: no picture of the scene, and always unsaved.
 DRAWN = "selenite_drawn"
 #: Where baked images are kept, in that of the results of a file; and the variable that says it to
@@ -61,12 +66,15 @@ class BlenderProcess:
         self._process: subprocess.Popen[bytes] | None = None
         try:
             with without_words():
-                write_blend_copy(
-                    str(self.folder / "scene.blend"), "make room on the disk of temporary files"
-                )
+                write_blend_copy(str(self.scene_file), "make room on the disk of temporary files")
         except BadInput:
             self.close()
             raise
+
+    @property
+    def scene_file(self) -> Path:
+        """The copy."""
+        return self.folder / "scene.blend"
 
     def ask(self, request: Mapping[str, object]) -> None:
         """Writes request.json for the worker."""
@@ -118,6 +126,19 @@ class BlenderProcess:
         if "error" in report:
             raise ProcessFailed(str(report["error"]))
         return report
+
+    def ask_to_stop(self) -> None:
+        """Returns at once: a process that looks for it ends soon, and reports what it has."""
+        with suppress(OSError):  # the folder is gone with the process
+            (self.folder / STOP).touch()
+
+    def wind_up(self) -> None:
+        """As `close`, for a process that has others of its own: it has some seconds to end them."""
+        self.ask_to_stop()
+        if self._process is not None:
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(_PATIENCE)
+        self.close()
 
     def close(self) -> None:
         """Ends the process if it still runs; nothing of it remains. May be called twice."""

@@ -28,15 +28,14 @@ def path_options() -> set[str]:
     return {"ANIMATABLE"} | relative
 
 
-def flavour() -> str:
-    """Which Principled BSDF this Blender's Cycles renders."""
+def node_version() -> str:
+    """Which Principled BSDF this Blender has."""
     return "v1" if is_version_3() else "v2"
 
 
-def unlike_inputs() -> frozenset[str]:
-    """Inputs of a Principled BSDF that this Blender's Cycles renders in another way than the
-    renderer. Films of 5.0 have colours that differ by up to 6 %, and lie on metal as well."""
-    return frozenset({"Thin Film Thickness"} if bpy.app.version >= (5, 0, 0) else ())
+def flavour() -> str:
+    """How this Blender's Cycles renders it, and other shaders."""
+    return "v2_of_5" if bpy.app.version >= (5, 0, 0) else node_version()
 
 
 def subsurface_method(node: bpy.types.Node) -> str:
@@ -51,8 +50,13 @@ def cycles_has_booleans() -> bool:
 
 
 def has_textures_of_4_3() -> bool:
-    """Noise and Voronoi textures as 4.3 to 4.5 compute them; 5.0 places points of cells anew."""
-    return (4, 3, 0) <= bpy.app.version < (5, 0, 0)
+    """Noise and Voronoi textures as all versions from 4.3 on compute them."""
+    return bpy.app.version >= (4, 3, 0)
+
+
+def has_cells_of_5() -> bool:
+    """Points in the cells of a Voronoi Texture where 5.0 places them."""
+    return bpy.app.version >= (5, 0, 0)
 
 
 def bump_width(node: bpy.types.Node) -> float | None:

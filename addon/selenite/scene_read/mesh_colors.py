@@ -3,10 +3,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from ..messages import control
 from ..problems import BadInput, Problem, choice, listed
 from .values import ObjectValues, SceneValues
+
+#: What a new attribute is called where no material names it.
+NEW_COLORS = "Selenite"
+_ADD_ONE = control(
+    "new-colors", "add one under Object Data > Color Attributes, or give --grid OBJECT:...=new"
+)
 
 
 def object_of(scene: SceneValues, name: str, title: str) -> ObjectValues:
@@ -34,10 +43,10 @@ def shown_colors(
                 asked[found.attribute or default] = found.grey or asked.get(
                     found.attribute or default, ""
                 )
-        if material.shader is not None and material.shader.attributes("color"):
-            cause = f"material '{material.name}' mixes its colour attributes in a node tree"
-            cure = "link the Color Attribute to the Base Color of a Principled BSDF"
-            raise BadInput(Problem(title, cause, cure))
+        if material.shader is not None:
+            default = mesh.colors[0][0] if mesh.colors else ""
+            for attribute in material.shader.attributes("color"):
+                asked.setdefault(attribute or default, "")
     if not asked:
         cause = "none of its materials shows a colour attribute"
         cure = "link a Color Attribute node to the Base Color"
@@ -56,5 +65,48 @@ def shown_colors(
         cause = f"modifiers make other vertices than those of the colour attribute '{name}'"
         raise BadInput(Problem(title, cause, "apply the modifiers, or switch them off"))
     cause = f"its mesh has no colour attribute '{name}'" if name else "it has no colour attribute"
-    cure = "add one under Object Data > Color Attributes"
-    raise BadInput(Problem(title, cause, cure))
+    raise BadInput(Problem(title, cause, _ADD_ONE))
+
+
+@dataclass(frozen=True)
+class NewColors:
+    """A colour attribute that is to be made, with a colour at each vertex. values: (n, 3) linear;
+    elements: as of `shown_colors`. materials: whose base colour is to show it."""
+
+    attribute: str
+    values: np.ndarray
+    elements: np.ndarray
+    materials: tuple[str, ...]
+
+
+def new_colors(scene: SceneValues, owner: ObjectValues, title: str) -> NewColors:
+    """The attribute that an object's materials look up and its mesh lacks; where none looks one up,
+    one in place of their base colours. Raises BadInput."""
+    mesh = scene.meshes[owner.mesh]
+    used = [item for item in scene.materials if item.name in owner.materials]
+    asked = {
+        found.attribute for item in used for found in item.maps.values() if found.texture is None
+    }
+    for item in used:
+        asked |= item.shader.attributes("color") if item.shader is not None else set()
+    known = {name for name, _ in mesh.colors}
+    if len(asked) > 1 or asked & known or ("" in asked and known):
+        cause = "its materials look up colour attributes that it has"
+        raise BadInput(Problem(title, cause, "fit these, or let the materials look up another one"))
+    if not mesh.own_vertices:
+        cause = "modifiers move its vertices or make others"
+        raise BadInput(Problem(title, cause, "apply the modifiers, or switch them off in renders"))
+    fixed = [item.name for item in used if item.shader is not None or "base_color" in item.maps]
+    if not asked and (fixed or not used):
+        cause = f"the base colour of material '{fixed[0]}' is no constant" if fixed else ""
+        cause = cause or "it has no material"
+        raise BadInput(Problem(title, cause, "give it materials with plain base colours"))
+    colour = np.array([0.8] * 3, np.float32)
+    if not asked:
+        colour = np.mean([item.values["base_color"] for item in used], axis=0, dtype=np.float32)
+    return NewColors(
+        next(iter(asked), "") or NEW_COLORS,
+        np.broadcast_to(colour, mesh.positions.shape).astype(np.float32),
+        np.ascontiguousarray(mesh.triangles, np.int32).ravel(),
+        () if asked else tuple(item.name for item in used),
+    )

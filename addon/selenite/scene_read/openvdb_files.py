@@ -23,7 +23,7 @@ from typing import Protocol
 import bpy
 import numpy as np
 
-from ..atomic_files import partial_name
+from ..atomic_files import partial_name, take_place
 from ..grid_files import MOST_NUMBERS, MOST_PER_AXIS
 
 _NAMES = ("openvdb", "pyopenvdb")
@@ -129,7 +129,7 @@ def _write_whole(vdb: ModuleType, path: Path, grids: list[HostGrid], metadata: o
         counts = [{grid.name: grid.activeVoxelCount() for grid in some} for some in (grids, read)]
         if counts[0] != counts[1]:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # noqa: TRY301
-        partial.replace(path)
+        take_place(partial, path)
     finally:
         partial.unlink(missing_ok=True)
 

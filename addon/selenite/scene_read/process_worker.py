@@ -14,14 +14,8 @@ import os
 import sys
 import traceback
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
-
-
-def _write(path: Path, data: Mapping[str, object]) -> None:
-    """Appears complete or not at all: the other process reads at any time."""
-    partial = path.with_suffix(".partial")
-    partial.write_text(json.dumps(data), encoding="utf-8")
-    partial.replace(path)
 
 
 def main(folder: Path) -> int:
@@ -29,10 +23,15 @@ def main(folder: Path) -> int:
     request = json.loads((folder / "request.json").read_text(encoding="utf-8"))
     # What this Python lacks comes from the parent's: the add-on, and what it brings along.
     sys.path.extend(item for item in request["python_path"] if item not in sys.path)
+    from selenite.atomic_files import write_bytes
     from selenite.problems import BadInput
 
+    def write(name: str, data: Mapping[str, object]) -> None:
+        write_bytes(folder / name, json.dumps(data).encode())  # the other process reads any time
+
     def note(fraction: float, text: str) -> None:
-        _write(folder / "progress.json", {"fraction": fraction, "text": text})
+        with suppress(PermissionError):  # on Windows, while it is read: the next one follows
+            write("progress.json", {"fraction": fraction, "text": text})
 
     try:
         work = importlib.import_module(request["module"])
@@ -42,7 +41,7 @@ def main(folder: Path) -> int:
     except Exception as error:
         traceback.print_exc()
         report, status = {"error": f"{type(error).__name__}: {error}"}, 1
-    _write(folder / "report.json", report)
+    write("report.json", report)
     return status
 
 

@@ -400,8 +400,7 @@ def _judge_properties(
     known = {
         socket
         for parameter in (*parameters.of("material"), *closure_rows()["principled"])
-        if hosts.flavour() in parameter.versions
+        if hosts.node_version() in parameter.versions
         for socket in parameter.sockets
-        if socket not in hosts.unlike_inputs()
     }
     _note(read, *properties.judge(scope, frozenset(known)))

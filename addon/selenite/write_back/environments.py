@@ -22,7 +22,7 @@ from ..problems import BadInput, Problem
 from ..scene_read import hosts, view_layers
 from ..scene_read.shading import nodes, world
 from ..scene_read.values import SceneValues
-from . import datablock, write
+from . import datablock
 
 if TYPE_CHECKING:
     from ..scene_read.hosts import BpyStruct
@@ -79,19 +79,6 @@ def show_pixels(scene: bpy.types.Scene, values: SceneValues, pixels: np.ndarray)
     notes = json.loads(found.get(_BEFORE, "[]"))
     found[_BEFORE] = json.dumps([*notes, note | {"node": node.name}])
     return f"{title} now takes its light from image '{image.name}' (node '{node.name}', a new one)"
-
-
-def rotate(scene: bpy.types.Scene, values: SceneValues, angle: float, strength: float) -> str:
-    """Rotates the image of the world that `values` have by another `angle` (radians about Z), and
-    sets the strength. Returns what was done. Raises BadInput, and then nothing has changed."""
-    found = _world_of(scene, values)
-    rotation = math.remainder(values.world.rotation + angle, 2 * math.pi)
-    write(
-        scene,
-        values.owners,
-        {(world.WORLD, "strength"): (strength,), (world.WORLD, world.ROTATION): (rotation,)},
-    )
-    return f"World '{found.name}': its Mapping node rotates its image"
 
 
 def _world_of(scene: bpy.types.Scene, values: SceneValues) -> bpy.types.World:

@@ -86,9 +86,19 @@ def show(
     return f"Object '{item.name}' shows {path} in place of the medium of '{name}'"
 
 
+def may_show(item: str, material: str) -> bool:
+    """Whether an object of that name may be one that `show` has made for a material."""
+    return item.startswith(_object_name(material))
+
+
+def shows(item: bpy.types.Object, material: str) -> bool:
+    """Whether `show` has made it for a material."""
+    return bool(item.get(_MATERIAL) == material)
+
+
 def restore(scene: bpy.types.Scene, name: str) -> None:
     """Undoes `show` for one material; what is gone meanwhile is passed over."""
-    for item in [item for item in scene.objects if item.get(_MATERIAL) == name]:
+    for item in [item for item in scene.objects if shows(item, name)]:
         before = json.loads(item[_BEFORE])
         if "filepath" in before:
             material = item.material_slots[0].material
@@ -110,6 +120,10 @@ def restore(scene: bpy.types.Scene, name: str) -> None:
         bpy.data.volumes.remove(data)
         if shown is not None and not shown.users:
             bpy.data.materials.remove(shown)
+
+
+def _object_name(material: str) -> str:
+    return f"{material} grids"
 
 
 def _new_volume(
@@ -167,7 +181,7 @@ def _new_volume(
     data.filepath = path
     data.render.precision = "FULL"
     data.materials.append(shown)
-    item = bpy.data.objects.new(f"{name} grids", data)
+    item = bpy.data.objects.new(_object_name(name), data)
     scene.collection.objects.link(item)
     return item
 

@@ -46,6 +46,7 @@ _SPACES: dict[str, tuple[tuple[str, ...], Callable[[bpy.types.Image], bool]]] = 
 }
 #: The same of a number: nothing decodes it.
 _DATA_SPACE = (("Non-Color", "Generic Data", "Raw"), hosts.is_data)
+_IMAGE_NODE = "ShaderNodeTexImage"
 _NODE_SETTINGS = ("projection", "projection_blend", "interpolation", "extension", "label", "width")
 
 
@@ -100,6 +101,30 @@ def show(values: SceneValues, name: str, path: str, parameter: str = "base_color
     material[_MATERIAL] = name
     _drop_unused()
     return done
+
+
+def show_colors(values: SceneValues, name: str, attribute: str) -> None:
+    """Gives the base colour of material `name` a colour attribute in place of what stands there;
+    `restore` undoes it too. Raises BadInput, and then nothing has changed."""
+    title = thing("Material", name)
+    owner = values.owners.get(name)
+    material = datablock(bpy.data.materials, owner) if owner is not None else None
+    if material is None:
+        raise BadInput(Problem(title, "it is gone", "undo its removal"))
+    _, inlet = _place(material, title, parameters.table()["material", "base_color"])
+    if inlet is None:
+        raise BadInput(Problem(title, "its base colour is an image", "undo that"))
+    tree, end = _tree_around(inlet.socket), inlet.socket.node
+    note = _note(material, tree) | {
+        "inlet": [end.name, inlet.socket.identifier],
+        "link": _link(inlet.socket),
+    }
+    node = _add_node(tree, end, (-300, 0), "ShaderNodeVertexColor")
+    cast("BpyStruct", node).layer_name = attribute
+    tree.links.new(node.outputs["Color"], inlet.socket)
+    notes = json.loads(material.get(_BEFORE, "[]"))
+    material[_BEFORE] = json.dumps([*notes, note | {"node": node.name}])
+    material[_MATERIAL] = name
 
 
 def show_in_node(values: SceneValues, name: str, path: str, node: str) -> str:
@@ -300,7 +325,7 @@ def _drop_unused() -> None:
 
 def _new_node(tree: bpy.types.NodeTree, end: bpy.types.Node) -> bpy.types.ShaderNodeTexImage:
     """An Image Texture left of the node that it will feed."""
-    node = _add_node(tree, end, (-300, 0))
+    node = cast(bpy.types.ShaderNodeTexImage, _add_node(tree, end, (-300, 0), _IMAGE_NODE))
     node.projection, node.interpolation, node.extension = "FLAT", "Linear", "REPEAT"
     return node
 
@@ -309,7 +334,7 @@ def _copied_node(
     tree: bpy.types.NodeTree, old: bpy.types.ShaderNodeTexImage
 ) -> bpy.types.ShaderNodeTexImage:
     """An Image Texture that looks up at the same place in the same way, below the old one."""
-    node = _add_node(tree, old, (0, -300))
+    node = cast(bpy.types.ShaderNodeTexImage, _add_node(tree, old, (0, -300), _IMAGE_NODE))
     for name in _NODE_SETTINGS:
         setattr(node, name, getattr(old, name))
     for item in old.texture_mapping.bl_rna.properties:
@@ -323,9 +348,9 @@ def _copied_node(
 
 
 def _add_node(
-    tree: bpy.types.NodeTree, neighbour: bpy.types.Node, offset: tuple[float, float]
-) -> bpy.types.ShaderNodeTexImage:
-    node = cast(bpy.types.ShaderNodeTexImage, tree.nodes.new("ShaderNodeTexImage"))
+    tree: bpy.types.NodeTree, neighbour: bpy.types.Node, offset: tuple[float, float], kind: str
+) -> bpy.types.Node:
+    node = tree.nodes.new(kind)
     node.select = False
     node.parent = neighbour.parent  # before the location, which is relative to it
     node.location = neighbour.location[0] + offset[0], neighbour.location[1] + offset[1]

@@ -7,6 +7,7 @@ saves, copies and brings back with an undo.
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -17,13 +18,16 @@ from ..messages import thing
 from ..problems import BadInput, Problem
 from ..scene_read import hosts, mesh_colors
 from ..scene_read.shading import nodes
-from ..scene_read.values import SceneValues
+from ..scene_read.values import ObjectValues, SceneValues
+from . import images
 
 if TYPE_CHECKING:
     from ..scene_read.hosts import BpyStruct
 
 #: On a mesh: the name of the attribute that was changed.
 _CHANGED = "selenite_vertex_colors"
+#: Likewise of the attribute that was made, and the materials that were linked to it.
+_MADE, _LINKED = "selenite_new_colors", "selenite_new_colors_materials"
 #: The attribute that holds what it was.
 _BEFORE = ".selenite_vertex_colors"
 
@@ -34,9 +38,11 @@ def show(values: SceneValues, name: str, path: str) -> str:
     Raises BadInput, and then nothing has changed."""
     title = thing("Object", name)
     mesh = _mesh(name, title)
-    attribute = mesh_colors.shown_colors(values, mesh_colors.object_of(values, name, title), title)[
-        0
-    ]
+    owner = mesh_colors.object_of(values, name, title)
+    try:
+        attribute = mesh_colors.shown_colors(values, owner, title)[0]
+    except BadInput as error:
+        return _show_new(values, owner, mesh, path, error)
     target = hosts.color_attribute(mesh, attribute)
     if target is None:
         raise BadInput(Problem(title, f"its colour attribute '{attribute}' is gone", "undo that"))
@@ -56,9 +62,45 @@ def show(values: SceneValues, name: str, path: str) -> str:
     return f"{title} now has the colours of {Path(path).absolute()} as '{attribute}'"
 
 
+def _show_new(
+    values: SceneValues, owner: ObjectValues, mesh: bpy.types.Mesh, path: str, why: BadInput
+) -> str:
+    """The same by an attribute that the mesh lacks. Raises BadInput: `why` where it is none."""
+    title = thing("Object", owner.name)
+    colors = _colors(path)
+    try:
+        new = mesh_colors.new_colors(values, owner, title)
+    except BadInput:
+        raise why from None
+    if len(colors) != len(mesh.vertices):
+        cause = f"its mesh has {len(mesh.vertices)} vertices, not {len(colors)}"
+        raise BadInput(Problem(title, cause, "undo what has changed the mesh since the fit"))
+    linked: list[str] = []
+    try:
+        for material in new.materials:
+            images.show_colors(values, material, new.attribute)
+            linked.append(material)
+    except BadInput:
+        for material in linked:
+            images.restore(material)
+        raise
+    made = cast("BpyStruct", mesh.color_attributes).new(new.attribute, "FLOAT_COLOR", "POINT")
+    made.data.foreach_set("color", np.column_stack([colors, np.ones(len(colors))]).ravel())
+    mesh[_MADE], mesh[_LINKED] = made.name, json.dumps(linked)
+    mesh.update()
+    return f"{title} now has the colours of {Path(path).absolute()} as '{made.name}', a new one"
+
+
 def restore(name: str) -> None:
     """Undoes `show`; what is gone meanwhile is passed over."""
     mesh = _mesh_of(name)
+    if mesh is not None and _MADE in list(mesh.keys()):
+        for material in json.loads(mesh[_LINKED]):
+            images.restore(material)
+        made = hosts.color_attribute(mesh, mesh[_MADE])
+        if made is not None:
+            cast("BpyStruct", mesh.color_attributes).remove(made)
+        del mesh[_MADE], mesh[_LINKED]
     if mesh is None or _CHANGED not in list(mesh.keys()):
         return
     target = hosts.color_attribute(mesh, mesh[_CHANGED])

@@ -33,7 +33,7 @@ FieldGradient loss_field_gradient(const Scene& scene, const Camera& camera, cons
                                   const Photo& photo, const FilmLoss& loss,
                                   const RenderSettings& settings, Progress* progress) {
   const auto render = [&](const PixelLoss& pixel) {
-    return render_field_gradient(scene, camera, fields.refs(), settings, pixel, progress);
+    return render_field_gradient(scene, camera, fields.carried(), settings, pixel, progress);
   };
   if (loss.per_pixel)
     return render([&](std::size_t pixel, const Film& film) {

@@ -59,7 +59,7 @@ void ClusteredScores::add(std::size_t pixel, const Vector& score, const Eigen::M
 }
 
 /// By how much the step changes without a cluster that moves it by `moves` and has the share `leverage`
-/// of the normal matrix. What it alone tells cannot be judged by the others: its share counts as less
+/// of the normal matrix. What it alone shows cannot be judged by the others: its share counts as less
 /// than one.
 Vector ClusteredScores::deleted(const Vector& moves, const Eigen::MatrixXd& leverage) const {
   const Eigen::Index n = moves.size();

@@ -165,12 +165,10 @@ double weakest_direction(std::span<const FisherInformation> photos) {
   return weakest;
 }
 
-Vector expected_errors(std::span<const Matrix> photos, const Vector& ranges,
-                       const std::optional<std::vector<int>>& free) {
+Vector expected_errors(std::span<const Matrix> photos, const Vector& ranges) {
   const Vector width = kConfidence.prior * ranges.cwiseMin(kConfidence.decades);
   Matrix total = width.cwiseAbs2().cwiseInverse().asDiagonal();
   for (const Matrix& one : photos) total += one;
-  if (free) total = total(*free, *free).eval();
   // Scaled to a diagonal of 1: precisions differ by many orders of magnitude.
   const Vector inverse = total.diagonal().cwiseSqrt().cwiseInverse();
   const Matrix scaled = inverse.asDiagonal() * total * inverse.asDiagonal();

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <limits>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -60,10 +59,8 @@ FisherInformation fisher_information(const PhotoJacobian& seen, const Photo& pho
 double weakest_direction(std::span<const FisherInformation> photos);
 
 /// Standard error of each unknown, those of the others being unknown too, from the `precision` of
-/// each photo. What no photo shows is as wide as its bounds, `ranges` apart, leave it. `free`: the
-/// components that are unknown, in the order of the answer; all, unless given.
-Vector expected_errors(std::span<const Eigen::MatrixXd> photos, const Vector& ranges,
-                       const std::optional<std::vector<int>>& free = std::nullopt);
+/// each photo. What no photo shows is as wide as its bounds, `ranges` apart, leave it.
+Vector expected_errors(std::span<const Eigen::MatrixXd> photos, const Vector& ranges);
 /// By component, as in a fit's report.
 std::vector<bool> determined(const Vector& errors, const Vector& ranges);
 /// Logarithm of the factor by which errors shrink, the mean over `groups`, the components of each

@@ -49,7 +49,7 @@ class AlternativeMinima {
   std::optional<Refined> answer_;         ///< once it has been compared
   std::vector<Alternative> simpler_;      ///< than the answer, not refined yet
   std::vector<Vector> pending_;           ///< not excluded and not refined yet
-  std::vector<Refined> equivalent_;       ///< refined, and nothing tells them from the answer
+  std::vector<Refined> equivalent_;       ///< refined, and as good as the answer
   int count_ = 0;                         ///< of those that have been refined
   int others_ = 0;                        ///< of them, those that are not simpler
 };

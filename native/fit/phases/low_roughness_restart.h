@@ -16,7 +16,7 @@ class LowRoughnessRestart {
   explicit LowRoughnessRestart(const FitRun& run) : ior_(run) {}
 
   /// Begins a comparison where one is due: `first`: before the first block of scalars, then only where
-  /// an IOR is searched, as hardly anything else tells the two apart while texels or voxels are nearly
+  /// an IOR is searched, as hardly anything else separates the two while texels or voxels are nearly
   /// alike. False where there is nothing to compare, or what was found has not been used yet.
   bool begin(const FitRun& run, bool first);
   bool running() const { return !candidates_.empty(); }

@@ -24,7 +24,7 @@ int field_pass_spp(const FitSettings& settings) {
   return settings.refinement_spp == 0 ? spp / FieldRefinementOptions{}.share_of_samples : spp;
 }
 
-/// The best values with every roughness at least where it looks perfectly sharp: nothing tells a sharper
+/// The best values with every roughness at least where it looks perfectly sharp: nothing separates a sharper
 /// body from it, but lamps that are seen in it are found the less often.
 Vector start_of_field_refinement(const FitRun& run) {
   const Unknowns& unknowns = run.problem.unknowns();

@@ -34,6 +34,10 @@ std::optional<Fault> fault_of(Photo& photo) {
     return Fault{who,
                  "its mask holds " + std::to_string(photo.weight.size()) + " pixels, not " + size,
                  "make them the same size"};
+  if (!photo.coverage.empty() &&
+      (photo.coverage.size() != count ||
+       !std::ranges::all_of(photo.coverage, [](float share) { return share >= 0 && share <= 1; })))
+    return Fault{who, "its coverage is not a share in [0, 1] for each of " + size, ""};
   std::size_t not_finite = 0;
   double total = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -94,6 +98,7 @@ Photo Photo::resized(int longest) const {
   Photo small = *this;  // with everything that is not a pixel
   small.reference.clear();
   small.weight.clear();
+  small.coverage.clear();
   small.pixels = nullptr;
   small.total_weight = 0;
   small.is_small = true;
@@ -117,6 +122,7 @@ Photo Photo::resized(int longest) const {
       Color<double> sum;
       double area = 0, covered_weight = 0;
       bool whole = true;
+      double shown = 0;
       for (int j = static_cast<int>(top); j < std::min<double>(bottom, height); ++j)
         for (int i = static_cast<int>(left); i < std::min<double>(right, width); ++i) {
           const double part = covered(i, left, right) * covered(j, top, bottom);
@@ -126,9 +132,11 @@ Photo Photo::resized(int longest) const {
           sum += Color<double>(reference[at]) * part;
           covered_weight += part * weight[at];
           area += part;
+          if (!coverage.empty()) shown += part * coverage[at];
         }
       small.reference.push_back(whole ? Colorf(sum / area) : Colorf(0.f));
       small.weight.push_back(whole ? static_cast<float>(covered_weight / area) : 0.f);
+      if (!coverage.empty()) small.coverage.push_back(static_cast<float>(shown / area));
       small.total_weight += small.weight.back();
     }
   // All pixels beside a masked one (a thin object): the photo itself is the way out.
@@ -151,6 +159,7 @@ std::uint64_t Photo::fingerprint() const {
        {frame.window.left, frame.window.top, frame.window.right, frame.window.bottom})
     sum = mix64(sum ^ std::bit_cast<std::uint64_t>(side));
   sum = mix64(sum ^ lights.fingerprint());
+  if (!coverage.empty()) sum = mix64(sum ^ of_pixels(coverage));
   if (alignment != Alignment{})  // without one a photo stays that of the checkpoints there are
     for (const double part : {alignment.x, alignment.y, alignment.roll})
       sum = mix64(sum ^ std::bit_cast<std::uint64_t>(part));

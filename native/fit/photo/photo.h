@@ -54,7 +54,10 @@ struct Photo {
   PhotoFrame frame;           ///< of the photo before it was brought to working size
   Picture reference;          ///< linear radiance, row 0 at the top
   std::vector<float> weight;  ///< per pixel, >= 0; 0 = background, clipped or not a number
-  PhotoParameters values{};   ///< what is not unknown of them
+  /// Share of each pixel that its masks say shows the object whose vertices are fitted; empty: nobody
+  /// says.
+  std::vector<float> coverage{};
+  PhotoParameters values{};                       ///< what is not unknown of them
   GainFreedom gain_freedom = GainFreedom::kNone;  ///< of a factor on `values.gain`
   Alignment alignment{};                          ///< of its camera, in pixels of this size
   bool align = false;   ///< whether a fit finds a small one, from `alignment` on

@@ -6,7 +6,9 @@
 #include <limits>
 #include <optional>
 
+#include "math/overloaded.h"
 #include "math/problem_list.h"
+#include "render/shape/shape_gradient.h"
 
 namespace selenite {
 namespace {
@@ -80,6 +82,41 @@ Numbers numbers_of(const Scene& scene, const VertexColorsRef& ref) {
               colors, scene.geometry->meshes()[static_cast<std::size_t>(ref.mesh)])};
 }
 
+Numbers numbers_of(const Scene& scene, const VerticesRef& ref) {
+  const Geometry& geometry = *scene.geometry;
+  const Instance& instance = geometry.instances()[static_cast<std::size_t>(ref.instance)];
+  const auto& positions = geometry.meshes()[static_cast<std::size_t>(instance.mesh)].positions;
+  Vector values(3 * std::ssize(positions));
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    const Vec3d p = geometry.to_object(ref.instance).point(Vec3d(positions[v]));
+    values.segment<3>(3 * static_cast<Eigen::Index>(v)) << p.x, p.y, p.z;
+  }
+  return {"the mesh of '" + instance.name + "'",
+          {std::ssize(positions), 3},
+          static_cast<double>(std::numeric_limits<float>::max()),
+          std::move(values),
+          nullptr,
+          nullptr};
+}
+
+/// The same of vertices, whose bounds say how far the ends of their box move, and whose rate is a
+/// part of its diagonal.
+void check_vertices(const std::string& name, const UnknownParameter& one) {
+  constexpr double kFarthest = 100;
+  ProblemList problems;
+  if (!(one.minimum <= 0 && one.maximum >= 0 && one.minimum >= -kFarthest &&
+        one.maximum <= kFarthest))
+    problems.add({name, joined("its bounds are [", one.minimum, ", ", one.maximum, "]"),
+                  "give numbers around 0 in [-100, 100]"});
+  if (!one.start.empty())
+    problems.add({name, joined("start has ", one.start.size(), " values"),
+                  "it starts at the mesh that the scene has: leave start out"});
+  if (!(one.learning_rate > 0 && one.learning_rate <= 1))
+    problems.add({name, joined("its learning rate is ", one.learning_rate),
+                  "give a number above 0 and at most 1"});
+  problems.raise();
+}
+
 /// InvalidArgument unless bounds, start and rate are good.
 void check(const std::string& name, const UnknownParameter& one, const Numbers& numbers) {
   const bool share = numbers.most == 1;
@@ -114,11 +151,12 @@ std::optional<GridKind> grid_kind(const std::string& name) {
 }
 
 /// UnknownName: its owner is not in the scene.
-FieldRef field_of(const Scene& scene, const UnknownParameter& one) {
+FittedFieldRef field_of(const Scene& scene, const UnknownParameter& one) {
   if (is_environment(one)) return EnvironmentRef{};
   if (one.parameter == kVertexColors)
     return VertexColorsRef{
         scene.geometry->instances()[static_cast<std::size_t>(scene.object(one.owner))].mesh};
+  if (one.parameter == kVertexPositions) return VerticesRef{movable_object(scene, one.owner)};
   const int material = scene.material(one.owner);
   if (const auto kind = grid_kind(one.parameter)) return GridRef{material, *kind};
   return scene.image_named(material, one.parameter);
@@ -149,6 +187,18 @@ Scene with_values(const Scene& scene, const VertexColorsRef& ref, const Eigen::V
   return scene.with_vertex_colors(ref, colours(values));
 }
 
+/// Corners that share a normal go on sharing it.
+Scene with_values(const Scene& scene, const VerticesRef& ref, const Eigen::VectorXf& values) {
+  const Geometry& geometry = *scene.geometry;
+  const Instance& instance = geometry.instances()[static_cast<std::size_t>(ref.instance)];
+  std::vector<Vec3f> positions;
+  for (Eigen::Index i = 0; i < values.size(); i += 3)
+    positions.emplace_back(
+        instance.to_world.point(Vec3d(Vec3f{values[i], values[i + 1], values[i + 2]})));
+  const Mesh& mesh = geometry.meshes()[static_cast<std::size_t>(instance.mesh)];
+  return with_vertices(scene, ref.instance, VertexNormals(mesh), positions);
+}
+
 }  // namespace
 
 Eigen::VectorXd sphere_shares(const std::vector<std::ptrdiff_t>& shape) {
@@ -163,7 +213,8 @@ Eigen::VectorXd sphere_shares(const std::vector<std::ptrdiff_t>& shape) {
 
 bool Fields::is_field(const UnknownParameter& one) {
   return selenite::is_environment(one) || one.parameter == kVertexColors ||
-         grid_kind(one.parameter) || is_image_name(one.parameter);
+         one.parameter == kVertexPositions || grid_kind(one.parameter) ||
+         is_image_name(one.parameter);
 }
 
 Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) {
@@ -175,11 +226,14 @@ Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) 
 
 void Fields::add(const Scene& scene, const UnknownParameter& one) {
   const std::string name = one.name();
-  const FieldRef ref = field_of(scene, one);
+  const FittedFieldRef ref = field_of(scene, one);
   if (std::find(refs_.begin(), refs_.end(), ref) != refs_.end())
     throw Refused("", name + " is listed twice", "list it once");
   Numbers numbers = std::visit([&](const auto& r) { return numbers_of(scene, r); }, ref);
-  check(name, one, numbers);
+  if (std::holds_alternative<VerticesRef>(ref))
+    check_vertices(name, one);
+  else
+    check(name, one, numbers);
   refs_.push_back(ref);
   names_.push_back(name);
   wanted_.push_back(one);
@@ -187,6 +241,21 @@ void Fields::add(const Scene& scene, const UnknownParameter& one) {
   images_.push_back(std::move(numbers.image));
   graphs_.push_back(std::move(numbers.graph));
   start_.push_back(std::move(numbers.values));
+}
+
+std::vector<FieldRef> Fields::carried() const {
+  std::vector<FieldRef> carried;
+  for (const FittedFieldRef& one : refs_)
+    std::visit(
+        Overloaded{[&](const auto& ref) { carried.emplace_back(ref); }, [](const VerticesRef&) {}},
+        one);
+  return carried;
+}
+
+const VerticesRef* Fields::vertices() const {
+  for (const FittedFieldRef& one : refs_)
+    if (const auto* found = std::get_if<VerticesRef>(&one)) return found;
+  return nullptr;
 }
 
 Scene Fields::scene_with_field(const Scene& scene, std::size_t field, const Vector& values) const {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "fit/problem/mesh_graph.h"
@@ -15,15 +16,22 @@ namespace selenite {
 /// Values of all fields, each in the order of its grid's or image's numbers.
 using FieldValues = std::vector<Vector>;
 
+/// The vertices of an object. No path carries their derivatives: see `ShapeDescent`.
+struct VerticesRef {
+  int instance;
+  bool operator==(const VerticesRef&) const = default;
+};
+using FittedFieldRef =
+    std::variant<GridRef, ImageRef, EnvironmentRef, VertexColorsRef, VerticesRef>;
+
 /// Shares of the sphere that the pixels of an equirectangular image of (height, width, ...) have,
 /// row by row.
 Eigen::VectorXd sphere_shares(const std::vector<std::ptrdiff_t>& shape);
 
 /// Unknowns with a value at every place instead of one: the voxels of albedo and density grids, the
-/// texels of materials, as their images hold them, the colours of meshes, the pixels of the world's
-/// image. They start at
-/// the values that the scene has, or where a search of `UniformFields` ends, and are fitted with
-/// Adam, or by `FieldGaussNewton`.
+/// texels of materials, as their images hold them, the colours and vertices of meshes, the pixels of
+/// the world's image. They start at the values that the scene has, or where a search of
+/// `UniformFields` ends, and are fitted with Adam, by `FieldGaussNewton`, or by `ShapeDescent`.
 class Fields {
  public:
   /// By its name among the parameters of a material, of an object or of the world.
@@ -36,7 +44,11 @@ class Fields {
   bool empty() const { return refs_.empty(); }
   /// "Body:albedo_grid", one a field.
   const std::vector<std::string>& names() const { return names_; }
-  const std::vector<FieldRef>& refs() const { return refs_; }
+  const std::vector<FittedFieldRef>& refs() const { return refs_; }
+  /// Those whose derivatives paths carry: all, or none where vertices are fitted.
+  std::vector<FieldRef> carried() const;
+  /// Whose vertices are fitted; null: nobody's.
+  const VerticesRef* vertices() const;
   const std::vector<UnknownParameter>& wanted() const { return wanted_; }
   const FieldValues& start() const { return start_; }
   bool is_environment(std::size_t field) const {
@@ -47,7 +59,8 @@ class Fields {
       if (is_environment(f)) return true;
     return false;
   }
-  /// (nz, ny, nx, channels) of a grid, (height, width, channels) of an image, (count, 3) of a mesh.
+  /// (nz, ny, nx, channels) of a grid, (height, width, channels) of an image, (count, 3) of a mesh's
+  /// colours or vertices.
   const std::vector<std::ptrdiff_t>& shape(std::size_t field) const { return shapes_[field]; }
   int channels(std::size_t field) const { return static_cast<int>(shapes_[field].back()); }
   /// Of a surface, as it is at the start; null: a grid, a mesh, or the world's image.
@@ -68,7 +81,7 @@ class Fields {
   /// Throws InvalidArgument, UnknownName.
   void add(const Scene& scene, const UnknownParameter& one);
 
-  std::vector<FieldRef> refs_;
+  std::vector<FittedFieldRef> refs_;
   std::vector<std::string> names_;
   std::vector<UnknownParameter> wanted_;
   std::vector<std::vector<std::ptrdiff_t>> shapes_;

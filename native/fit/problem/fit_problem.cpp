@@ -2,6 +2,7 @@
 #include "fit/problem/fit_problem.h"
 
 #include "math/problem_list.h"
+#include "render/shape/shape_gradient.h"
 
 namespace selenite {
 namespace {
@@ -14,6 +15,10 @@ Scene checked(Scene scene, std::vector<Photo>& photos,
   problems.collect([&] { (void)Unknowns(scene, unknowns, photos); });
   problems.collect([&] { (void)Fields(scene, unknowns); });
   problems.collect([&] { settings.check(); });
+  for (const UnknownParameter& one : unknowns)
+    if (one.parameter == kVertexPositions && unknowns.size() > 1)
+      problems.add({one.name(), "vertices move alone, while all else keeps its values",
+                    "fit them in a stage of their own"});
   problems.raise();
   if (const Loss& loss = find_loss(settings.loss); loss.check)
     for (const Photo& photo : photos) problems.collect([&] { loss.check(photo); });

@@ -68,6 +68,9 @@ class UniformFields {
                                          const EnvironmentRef& ref);
   static std::optional<Colour> colour_of(const Scene& scene, std::size_t field,
                                          const VertexColorsRef& ref);
+  static std::optional<Colour> colour_of(const Scene&, std::size_t, const VerticesRef&) {
+    return std::nullopt;
+  }
   static std::vector<Colour> colours_of(const Scene& scene, const Fields& fields);
   static Eigen::Index width_of(const std::vector<Colour>& colours);
   static std::vector<UnknownParameter> few_of(const std::vector<UnknownParameter>& wanted,

@@ -7,7 +7,7 @@
 namespace selenite {
 namespace {
 
-constexpr const char* kFormat = "14 ";  ///< of the saved state: a new number for every change
+constexpr const char* kFormat = "15 ";  ///< of the saved state: a new number for every change
 
 }  // namespace
 
@@ -33,6 +33,8 @@ std::unique_ptr<Phase> Fit::phase_to_restore(PhaseKind kind) {
       return std::make_unique<MultiStartPhase>(run_, minima_);
     case PhaseKind::kDescent:
       return std::make_unique<Descent>(run_);
+    case PhaseKind::kShape:
+      return std::make_unique<ShapeDescent>(run_);
     case PhaseKind::kParts:
       return std::make_unique<PartsPhase>(run_);
     case PhaseKind::kRoughnessProfile:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/run/fit.h"
 
+#include "fit/run/failure.h"
 #include "math/error.h"
 
 namespace selenite {
@@ -12,14 +13,21 @@ Fit::Fit(Scene scene, std::vector<Photo> photos, const std::vector<UnknownParame
 
 Fit::Fit(std::shared_ptr<FitProblem> problem)
     : shared_(problem), problem_(*problem), strategy_(problem_), run_(problem_, strategy_) {
-  if (strategy_.multi_start)
-    enter(std::make_unique<MultiStartPhase>(run_, minima_));
-  else
-    enter(std::make_unique<Descent>(run_));
+  enter(first_phase());
+}
+
+std::unique_ptr<Phase> Fit::first_phase() {
+  if (strategy_.moves_vertices) return std::make_unique<ShapeDescent>(run_);
+  if (strategy_.multi_start) return std::make_unique<MultiStartPhase>(run_, minima_);
+  return std::make_unique<Descent>(run_);
 }
 
 std::vector<PlannedRenders> Fit::plan(const FitProblem& problem, const Strategy& strategy) {
   RenderPlan plan(problem, strategy);
+  if (strategy.moves_vertices) {
+    ShapeDescent::plan(plan);
+    return plan.renders();
+  }
   if (strategy.multi_start) MultiStartPhase::plan(plan);
   Descent::plan(plan);
   if (!strategy.refines) return plan.renders();
@@ -47,8 +55,8 @@ bool Fit::step(Progress* progress) {
     phase_->end_early(run_);
     return run_.stop(StopReason::kCancelled);
   } catch (const std::exception& error) {
-    return run_.stop(StopReason::kError,
-                     "Iteration " + std::to_string(run_.result.iterations) + ": " + error.what());
+    faults_ = failure(error, "Iteration " + std::to_string(run_.result.iterations));
+    return run_.stop(StopReason::kError);
   }
 }
 
@@ -90,6 +98,7 @@ std::unique_ptr<Phase> Fit::next_phase() {
         return std::make_unique<RefinementPhase>(run_, minima_, *alternative, nullptr);
       return PartsPhase::of(run_, minima_.absent());
     case PhaseKind::kParts:
+    case PhaseKind::kShape:
       return nullptr;
   }
   return nullptr;

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "fit/phases/phases.h"
+#include "fit/shape/shape_descent.h"
+#include "math/fault.h"
 
 namespace selenite {
 
@@ -35,6 +37,8 @@ class Fit {
   void restore_end(StopReason reason) { run_.result.stopped = reason; }
   /// So far; complete once `step` has returned false.
   const FitResult& result() const { return run_.result; }
+  /// Why it failed; empty if it did not.
+  const std::vector<Fault>& faults() const { return faults_; }
 
   const Vector& values() const { return run_.point.scalars; }
   const std::shared_ptr<const FitProblem>& problem() const { return shared_; }
@@ -54,6 +58,7 @@ class Fit {
   const Previews& previews() const { return run_.previews; }
 
  private:
+  std::unique_ptr<Phase> first_phase();
   void enter(std::unique_ptr<Phase> phase);
   /// The phase after the present one; null where the fit is over, with the reason in the result.
   std::unique_ptr<Phase> next_phase();
@@ -69,6 +74,7 @@ class Fit {
   FitRun run_;
   AlternativeMinima minima_;
   std::unique_ptr<Phase> phase_;
+  std::vector<Fault> faults_;
   bool begun_ = false;
 };
 

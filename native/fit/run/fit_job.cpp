@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "math/fault.h"
+#include "fit/run/failure.h"
 
 namespace selenite {
 namespace {
@@ -40,11 +40,13 @@ FitJob::Published FitJob::published() const {
   return {fit_.ended(),
           fit_.point(),
           fit.problem(),
-          std::string(fit.strategy().optimiser.name),
+          std::string(fit.strategy().method()),
           std::make_shared<const FitResult>(fit.result()),
           fit.shown_iterations(fit.result().iterations),
           fit_.stopped(),
-          fit.previews()};
+          fit.previews(),
+          nullptr,
+          fit.faults()};
 }
 
 FitJob::~FitJob() {
@@ -80,7 +82,7 @@ void FitJob::run() {
     publish(true);
   } catch (const std::exception& error) {
     const std::scoped_lock lock(mutex_);
-    published_.error = error.what();
+    published_.faults = failure(error, "Fit");
     end();
   }
 }
@@ -119,7 +121,6 @@ void FitJob::publish(bool over) {
   published_ = std::move(fresh);
   clock_.update(*published_.result, next_stage);
   if (!over) return;
-  if (published_.stopped == StopReason::kError) published_.error = published_.result->message;
   end();
 }
 
@@ -168,8 +169,8 @@ FitState FitJob::state() const {
   state.seconds = clock_.seconds();
   state.running = started_ && !over_;
   state.done = over_;
-  state.error = published_.error;
-  if (over_) state.stopped = published_.error.empty() ? published_.stopped : StopReason::kError;
+  state.faults = published_.faults;
+  if (over_) state.stopped = published_.faults.empty() ? published_.stopped : StopReason::kError;
   state.message = result.message;
   state.phase = result.phase;
   state.phase_fraction = result.phase_fraction;

@@ -13,10 +13,10 @@
 
 namespace selenite {
 
-/// What a running fit tells at any time.
+/// What a running fit reports.
 struct FitState {
   bool running = false, done = false;
-  std::string error;  ///< why it failed; empty if it did not
+  std::vector<Fault> faults;  ///< why it failed; empty if it did not
   StopReason stopped = StopReason::kNone;
   std::string message;  ///< why, where `stopped` does not say it all
   PhaseKind phase = PhaseKind::kDescent;
@@ -85,7 +85,7 @@ class FitJob {
     StopReason stopped = StopReason::kNone;
     Previews previews{};
     std::shared_ptr<const std::string> saved{};
-    std::string error{};  ///< why it failed; empty if it did not
+    std::vector<Fault> faults{};  ///< why it failed; empty if it did not
   };
   /// From the fit, which no thread touches meanwhile.
   Published published() const;

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/run/staged_fit.h"
 
+#include <algorithm>
+
+#include "fit/run/stage_worker.h"
 #include "math/fault.h"
+#include "render/shape/shape_gradient.h"
 
 namespace selenite {
 namespace {
@@ -44,6 +48,15 @@ void check(const FitProblem& problem, const FitResult& result) {
   if (!good) damaged();
 }
 
+bool fits_no_shape(const Stage& stage) {
+  return std::ranges::none_of(stage.parameters, [](const std::string& name) {
+    return name.ends_with(std::string(":") + kVertexPositions);
+  });
+}
+
+/// Of the step of vertices that a stage before has moved: they are almost there.
+constexpr double kLaterStep = 0.25;
+
 std::vector<Stage> some(std::vector<Stage> stages) {
   if (stages.empty()) throw Refused("Fit", "it has no stage", "give one at least");
   return stages;
@@ -60,15 +73,23 @@ StagedFit::StagedFit(std::vector<UnknownParameter> unknowns, std::vector<Stage> 
   fit_ = fit_of(0, *point_);
 }
 
-/// Later stages go on where others have ended, without a multi-start; values that others follow need
-/// no refinement.
+/// Later stages go on where others have ended, without a multi-start, unless nothing but vertices was
+/// fitted before them; values that others follow need no refinement.
 std::unique_ptr<Fit> StagedFit::fit_of(std::size_t stage, const RunPoint& point) const {
   const Stage& one = stages_[stage];
   FitSettings settings = one.settings;
-  if (stage > 0) settings.search = "off";
+  if (std::any_of(stages_.begin(), stages_.begin() + static_cast<std::ptrdiff_t>(stage),
+                  fits_no_shape))
+    settings.search = "off";
   if (stage + 1 < stages_.size()) settings.refinement = "off";
-  return std::make_unique<Fit>(unknowns_.scene_at(one, point), one.photos,
-                               unknowns_.unknowns_at(one, point), std::move(settings));
+  if (settings.workers) settings.workers = workers_of_stage(settings.workers, stage, point);
+  std::vector<UnknownParameter> wanted = unknowns_.unknowns_at(one, point);
+  if (stage > 0 && !fits_no_shape(one) &&
+      std::any_of(stages_.begin(), stages_.begin() + static_cast<std::ptrdiff_t>(stage),
+                  [&](const Stage& other) { return other.parameters == one.parameters; }))
+    wanted.front().learning_rate *= kLaterStep;
+  return std::make_unique<Fit>(unknowns_.scene_at(one, point), one.photos, std::move(wanted),
+                               std::move(settings));
 }
 
 bool StagedFit::step(Progress* progress) {
@@ -88,8 +109,8 @@ bool StagedFit::step(Progress* progress) {
 }
 
 void StagedFit::begin_next() {
-  enter_after(std::make_shared<const EndedStage>(EndedStage{
-      fit_->problem(), std::string(fit_->strategy().optimiser.name), fit_->result(), 0}));
+  enter_after(std::make_shared<const EndedStage>(
+      EndedStage{fit_->problem(), std::string(fit_->strategy().method()), fit_->result(), 0}));
 }
 
 void StagedFit::enter_after(std::shared_ptr<const EndedStage> ended) {
@@ -132,7 +153,7 @@ void StagedFit::restore(std::string_view saved) {
   if (count < 0 || count >= static_cast<std::int64_t>(stages_.size()))
     throw Refused("", "The saved state belongs to a run of other stages", "start without it");
   for (std::int64_t i = 0; i < count; ++i) {
-    EndedStage ended{fit_->problem(), std::string(fit_->strategy().optimiser.name), {}, 0};
+    EndedStage ended{fit_->problem(), std::string(fit_->strategy().method()), {}, 0};
     state(ended.result, ended.result.stopped, ended.seconds);
     check(*ended.problem, ended.result);
     enter_after(std::make_shared<const EndedStage>(std::move(ended)));

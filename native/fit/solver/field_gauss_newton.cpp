@@ -41,6 +41,18 @@ Eigen::MatrixXd gram(const Eigen::MatrixXf& jacobian) {
   return sum.cast<double>();
 }
 
+/// Which cells of a photo have a pixel that counts, row by row.
+std::vector<char> counted_cells(const Photo& photo, int cell) {
+  const int columns = cells_along(photo.width, cell);
+  std::vector<char> counted(static_cast<std::size_t>(columns) * cells_along(photo.height, cell), 0);
+  for (std::size_t p = 0; p < photo.size(); ++p)
+    if (photo.weight[p] > 0) {
+      const int x = static_cast<int>(p) % photo.width, y = static_cast<int>(p) / photo.width;
+      counted[static_cast<std::size_t>(y / cell * columns + x / cell)] = 1;
+    }
+  return counted;
+}
+
 /// Three of each, as the numbers of pixels lie.
 Eigen::ArrayXf of_numbers(const std::vector<float>& pixels) {
   const Eigen::Map<const Eigen::VectorXf> all(pixels.data(),
@@ -70,18 +82,17 @@ int FieldGaussNewton::cell_size(const Fields& fields, const std::vector<Photo>& 
     numbers += fields.start()[f].size();
   }
   if (numbers == 0 || numbers > options.most_numbers) return 0;
-  std::vector<int> sizes;
-  for (int fine = options.environment_cell; environment && fine < options.cell; fine *= 2)
-    sizes.push_back(fine);
-  sizes.insert(sizes.end(), {options.cell, options.large_cell});
-  for (const int cell : sizes) {
-    const double most =
-        cell < options.cell ? options.most_environment_entries : options.most_entries;
-    double cells = 0;
-    for (const Photo& photo : photos)
-      cells +=
-          static_cast<double>(cells_along(photo.width, cell)) * cells_along(photo.height, cell);
-    if (cells * static_cast<double>(numbers) <= most) return cell;
+  const auto cells = [&](int cell) {
+    std::ptrdiff_t sum = 0;
+    for (const Photo& photo : photos) sum += std::ranges::count(counted_cells(photo, cell), 1);
+    return sum;
+  };
+  int finest = options.cell;
+  if (environment) finest = options.environment_cell;
+  while (!environment && finest > options.finest_cell && 3 * cells(finest) < numbers) finest /= 2;
+  for (int cell = finest; cell <= options.large_cell; cell *= 2) {
+    const double most = cell < options.cell ? options.most_fine_entries : options.most_entries;
+    if (static_cast<double>(cells(cell)) * static_cast<double>(numbers) <= most) return cell;
   }
   return 0;
 }
@@ -100,16 +111,19 @@ FieldGaussNewton::FieldGaussNewton(const Fields& fields, const std::vector<Photo
     View view;
     view.width = photo.width;
     view.height = photo.height;
-    const int columns = cells_along(photo.width, cell_), rows = cells_along(photo.height, cell_);
+    for (const char counts : counted_cells(photo, cell_)) {
+      view.rows.push_back(counts ? static_cast<Eigen::Index>(view.cells.size()) : -1);
+      if (counts) view.cells.push_back(static_cast<Eigen::Index>(view.rows.size()) - 1);
+    }
     const Eigen::VectorXf relative = relative_weights(photo, photos.size());
-    std::vector<float> sums(static_cast<std::size_t>(columns) * rows, 0.f);
+    Eigen::VectorXf sums = Eigen::VectorXf::Zero(static_cast<Eigen::Index>(view.cells.size()));
     for (std::size_t p = 0; p < photo.size(); ++p) {
       view.share.push_back(relative.segment<3>(static_cast<Eigen::Index>(3 * p)).mean());
-      sums[static_cast<std::size_t>(cell_of(view, p))] += view.share.back();
+      if (const Eigen::Index row = row_of(view, p); row >= 0) sums[row] += view.share.back();
     }
     for (std::size_t p = 0; p < photo.size(); ++p)
-      if (view.share[p] > 0) view.share[p] /= sums[static_cast<std::size_t>(cell_of(view, p))];
-    const auto cells = static_cast<Eigen::Index>(sums.size());
+      if (view.share[p] > 0) view.share[p] /= sums[row_of(view, p)];
+    const Eigen::Index cells = sums.size();
     view.jacobian = CellJacobian::Zero(cells, minimum_.size());
     view.residual = view.variance = view.weight = Eigen::MatrixXf::Zero(cells, 3);
     views_.push_back(std::move(view));
@@ -131,9 +145,10 @@ void FieldGaussNewton::set_values(const FieldValues& values) {
   for (View& view : views_) view.seen = 0;
 }
 
-Eigen::Index FieldGaussNewton::cell_of(const View& view, std::size_t pixel) const {
+Eigen::Index FieldGaussNewton::row_of(const View& view, std::size_t pixel) const {
   const int x = static_cast<int>(pixel) % view.width, y = static_cast<int>(pixel) / view.width;
-  return static_cast<Eigen::Index>(y / cell_) * cells_along(view.width, cell_) + x / cell_;
+  const int cell = y / cell_ * cells_along(view.width, cell_) + x / cell_;
+  return view.rows[static_cast<std::size_t>(cell)];
 }
 
 template <class Pixels>
@@ -141,8 +156,9 @@ Eigen::MatrixXf FieldGaussNewton::of_cells(const View& view, const Pixels& pixel
   const Eigen::Index cells = view.jacobian.rows();
   Eigen::MatrixXf sums = Eigen::MatrixXf::Zero(3 * cells, pixels.cols());
   for (std::size_t p = 0; p < view.share.size(); ++p)
-    for (int c = 0; c < 3; ++c)
-      sums.row(c * cells + cell_of(view, p)) += pixels.row(static_cast<Eigen::Index>(3 * p) + c);
+    if (const Eigen::Index row = row_of(view, p); row >= 0)
+      for (int c = 0; c < 3; ++c)
+        sums.row(c * cells + row) += pixels.row(static_cast<Eigen::Index>(3 * p) + c);
   return sums;
 }
 
@@ -173,7 +189,7 @@ void FieldGaussNewton::gather(std::size_t i, const FieldJacobian& derivatives) {
   Eigen::Index at = 0;
   for (const CellJacobian& one : derivatives.fields) {
     auto block = view.jacobian.middleCols(at, one.cols());
-    block += fresh * (one - block);
+    block += fresh * (one(view.cells, Eigen::all) - block);
     at += one.cols();
   }
   view.gathered = kept + 1;
@@ -206,8 +222,8 @@ void FieldGaussNewton::solve(double done) {
     channel.descent = -(channel.jacobian.transpose() * residual).cast<double>();
     const double all = channel.matrix.trace();
     channel.variance = all > 0 ? noise / all : 0;
-    // What no light explains is not noise: a residual that stays counts as well.
-    if (all > 0 && has_environment())
+    // What no values explain is not noise: a residual that stays counts as well.
+    if (all > 0)
       channel.variance =
           std::max(channel.variance, variance_of_blocks(channel.jacobian, residual) / all);
     if (channel.variance > 0) known += channel.matrix.diagonal() / (3 * channel.variance);
@@ -230,7 +246,7 @@ void FieldGaussNewton::solve(double done) {
   }
 }
 
-/// Neighbouring cells share what no light explains, and each block of them says it once.
+/// Neighbouring cells share what no values explain, and each block of them says it once.
 double FieldGaussNewton::variance_of_blocks(const Eigen::MatrixXf& jacobian,
                                             const Eigen::VectorXf& residual) const {
   double sum = 0;
@@ -239,9 +255,12 @@ double FieldGaussNewton::variance_of_blocks(const Eigen::MatrixXf& jacobian,
     const int columns = cells_along(view.width, cell_), rows = cells_along(view.height, cell_);
     const PixelBlocks blocks(columns, rows, options_.blocks);
     Eigen::MatrixXf scores = Eigen::MatrixXf::Zero(blocks.count, jacobian.cols());
-    for (int y = 0; y < rows; ++y)
-      for (int x = 0; x < columns; ++x, ++row)
-        scores.row(static_cast<Eigen::Index>(blocks.of(x, y))) += jacobian.row(row) * residual[row];
+    for (const Eigen::Index cell : view.cells) {
+      const std::size_t block =
+          blocks.of(static_cast<int>(cell) % columns, static_cast<int>(cell) / columns);
+      scores.row(static_cast<Eigen::Index>(block)) += jacobian.row(row) * residual[row];
+      ++row;
+    }
     sum += scores.cast<double>().squaredNorm();
   }
   return sum;
@@ -312,7 +331,8 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_from_half(
     const Eigen::MatrixXf explained = of_channel(view.jacobian, c) * like.cast<float>();
     Jacobian& instruments = (z[i].whole->*half).filtered;
     for (std::size_t p = 0; p < view.share.size(); ++p)
-      instruments.row(static_cast<Eigen::Index>(3 * p) + c) -= explained.row(cell_of(view, p));
+      if (const Eigen::Index row = row_of(view, p); row >= 0)
+        instruments.row(static_cast<Eigen::Index>(3 * p) + c) -= explained.row(row);
   }
   return like;
 }

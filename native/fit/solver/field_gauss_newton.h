@@ -21,10 +21,12 @@ class SavedState;
 /// Sources: docs/measurements/constants.md, "FieldGaussNewtonOptions".
 struct FieldGaussNewtonOptions {
   int cell = 8, large_cell = 16;  ///< pixels along a cell; the large one where memory is short
+  /// Of a grid, where larger cells are fewer than its voxels: photos of few pixels.
+  int finest_cell = 2;
   double most_entries = 1 << 26;  ///< of the Jacobians: 256 MiB
   /// The same where the world's image is unknown: its light shows in detail, as shadows and highlights.
   int environment_cell = 2;
-  double most_environment_entries = 1 << 23;
+  double most_fine_entries = 1 << 23;      ///< of cells below `cell`
   std::ptrdiff_t most_numbers = 3 * 2048;  ///< of the fields: their normal matrices are dense
   double jacobian_kept =
       0.9;  ///< share of a Jacobian that each iteration keeps: it changes with voxels
@@ -109,8 +111,10 @@ class FieldGaussNewton {
   struct View {
     int width = 0, height = 0;
     std::vector<float> share;
-    CellJacobian jacobian;  ///< mean over iterations, all numbers of all fields
-    double gathered = 0;    ///< iterations in it
+    std::vector<Eigen::Index> cells;  ///< those with a pixel that counts: the rows of what follows
+    std::vector<Eigen::Index> rows;   ///< of each cell, -1: it does not count
+    CellJacobian jacobian;            ///< mean over iterations, all numbers of all fields
+    double gathered = 0;              ///< iterations in it
     Eigen::MatrixXf residual, variance, weight;  ///< of the cells, a column a channel
     double seen = 0;                             ///< iterations in `residual`
     Eigen::MatrixXf slopes;  ///< by the scalars; rows are cells, channel by channel
@@ -134,7 +138,8 @@ class FieldGaussNewton {
                                       const Eigen::LLT<Eigen::MatrixXd>& solver) const;
   /// Of J^T r for residuals of weight 1, times ||J||^2: the trace of its covariance.
   double variance_of_blocks(const Eigen::MatrixXf& jacobian, const Eigen::VectorXf& residual) const;
-  Eigen::Index cell_of(const View& view, std::size_t pixel) const;
+  /// The row of a pixel's cell, -1: it has none.
+  Eigen::Index row_of(const View& view, std::size_t pixel) const;
   /// The step of a channel's numbers along `right`, from `low` to `high`.
   Eigen::VectorXd bounded_step(const Channel& channel, const Eigen::VectorXd& right,
                                const Eigen::VectorXd& low, const Eigen::VectorXd& high) const;

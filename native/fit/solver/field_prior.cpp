@@ -41,6 +41,27 @@ Eigen::MatrixXd smoothness(int height, int width, const Eigen::ArrayXd& scale) {
   return sum;
 }
 
+/// Of a grid of nz, ny, nx voxels: sum of the squared differences between neighbours.
+Eigen::MatrixXd differences(const std::vector<std::ptrdiff_t>& shape) {
+  const std::ptrdiff_t nz = shape[0], ny = shape[1], nx = shape[2];
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(nz * ny * nx, nz * ny * nx);
+  const auto join = [&](Eigen::Index a, Eigen::Index b) {
+    sum(a, a) += 1;
+    sum(b, b) += 1;
+    sum(a, b) -= 1;
+    sum(b, a) -= 1;
+  };
+  for (std::ptrdiff_t z = 0; z < nz; ++z)
+    for (std::ptrdiff_t y = 0; y < ny; ++y)
+      for (std::ptrdiff_t x = 0; x < nx; ++x) {
+        const Eigen::Index here = (z * ny + y) * nx + x;
+        if (x + 1 < nx) join(here, here + 1);
+        if (y + 1 < ny) join(here, here + nx);
+        if (z + 1 < nz) join(here, here + nx * ny);
+      }
+  return sum;
+}
+
 }  // namespace
 
 FieldPrior::FieldPrior(const Fields& fields, const FieldPriorOptions& options)
@@ -106,7 +127,10 @@ void FieldPrior::set_precision() {
               share * share.transpose() / square(options_.environment_level * level_[3 * at]);
       block.diagonal().array() += (options_.environment_deviation * scale).square().inverse();
     } else {
-      block.diagonal().setConstant(1 / square(options_.deviation));
+      const double along =
+          static_cast<double>(std::max({shapes_[f][0], shapes_[f][1], shapes_[f][2]}));
+      block = differences(shapes_[f]) / square(options_.difference * 16 / along);
+      block.diagonal().array() += 1 / square(options_.deviation);
     }
     at += count;
   }

@@ -13,7 +13,9 @@ class SavedState;
 
 /// Sources: docs/measurements/constants.md, "FieldPriorOptions".
 struct FieldPriorOptions {
-  double deviation = 0.3;  ///< standard deviation of voxels before any photo
+  /// Standard deviation of voxels before any photo, and of the difference of two across a sixteenth of
+  /// the longest side.
+  double deviation = 0.3, difference = 0.1;
   /// The same of the differences between neighbours in the world's image, a pixel of 1 steradian each, and
   /// of a pixel itself, in units of the brightness there. Then of a channel's mean over the sphere, in units
   /// of the mean before any photo, which is the least brightness too.

@@ -8,6 +8,7 @@ const char* phase_text(PhaseKind phase) {
     case PhaseKind::kMultiStart:
       return "multi-start";
     case PhaseKind::kDescent:
+    case PhaseKind::kShape:
       return "descent";
     case PhaseKind::kRoughnessProfile:
       return "roughness-profile";
@@ -51,7 +52,7 @@ void FitResult::members(SavedState& state) {
   };
   state(last, best, best_iteration, best_validation, best_validation_standard_error, photos,
         start_validation, model_error, kept_start, iterations, phase, phase_fraction, search,
-        report, history);
+        shape_steps, report, history);
   fields(fields_last);
   fields(fields_best);
 }

@@ -36,13 +36,29 @@ struct MultiStartResult {
   double standard_error = 0;  ///< of `loss` minus `start_loss`
 };
 
-enum class PhaseKind { kMultiStart, kDescent, kRefinement, kComparison, kRoughnessProfile, kParts };
-/// As shown to users: "multi-start", "descent", "refinement", "comparison", "parts".
+enum class PhaseKind {
+  kMultiStart,
+  kDescent,
+  kRefinement,
+  kComparison,
+  kRoughnessProfile,
+  kParts,
+  kShape
+};
+/// As shown to users: "multi-start", "descent" (of vertices too), "refinement", "comparison",
+/// "parts".
 const char* phase_text(PhaseKind phase);
 
 enum class StopReason { kNone, kIterations, kConverged, kTolerance, kCancelled, kDropped, kError };
 /// A few words, as shown to users and written to result.json.
 const char* stop_text(StopReason reason);
+
+/// Steps of vertices that had to be shortened.
+struct ShapeSteps {
+  int turning = 0;       ///< a face would have turned over
+  int intersecting = 0;  ///< surfaces would have gone through each other
+  int given_up = 0;      ///< of both: they were dropped
+};
 
 struct FitResult : RenderCounts {
   Vector last;
@@ -64,6 +80,7 @@ struct FitResult : RenderCounts {
   PhaseKind phase = PhaseKind::kDescent;
   double phase_fraction = 0;  ///< of the phase
   MultiStartResult search;
+  ShapeSteps shape_steps;
   TrustReport report;
   std::vector<HistoryRow> history;
 

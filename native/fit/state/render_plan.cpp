@@ -15,6 +15,8 @@ const char* carried_text(Carried carried) {
       return "scalars";
     case Carried::kFieldDerivatives:
       return "fields";
+    case Carried::kShapeDerivatives:
+      return "shape";
   }
   return "";
 }

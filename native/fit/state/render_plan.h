@@ -14,8 +14,9 @@ enum class Carried {
   kNothing,
   kDerivatives,       ///< of scalars
   kFieldDerivatives,  ///< of every value of the fields
+  kShapeDerivatives,  ///< of vertices: a picture, its paths' derivatives, and those of edges
 };
-/// "none", "scalars", "fields".
+/// "none", "scalars", "fields", "shape".
 const char* carried_text(Carried carried);
 
 /// Equal renders of all photos.

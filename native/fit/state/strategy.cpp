@@ -27,6 +27,7 @@ const OptimiserKind& optimiser_of(const FitProblem& problem) {
     return choose_optimiser(name, problem.unknowns().size(), problem.loss(), settings.spp,
                             settings.accumulate);
   };
+  if (problem.fields().vertices()) return choose("adam");
   if (problem.fields().empty() || problem.unknowns().size() > 0) return choose(settings.optimiser);
   if (problem.fields().has_environment() &&
       JointGaussNewton::applies(problem.fields(), problem.photos()))
@@ -40,7 +41,7 @@ const OptimiserKind& optimiser_of(const FitProblem& problem) {
 
 bool wants_multi_start(const FitProblem& problem, const OptimiserKind& kind, bool uniform) {
   const FitSettings& settings = problem.settings();
-  if (settings.search == "off") return false;
+  if (settings.search == "off" || problem.fields().vertices()) return false;
   const bool few = problem.fields().empty() ? problem.unknowns().size() <= kFewUnknowns : uniform;
   if (settings.search == "auto") return kind.few_unknowns && few;
   if (few) return true;
@@ -54,7 +55,7 @@ bool wants_multi_start(const FitProblem& problem, const OptimiserKind& kind, boo
 bool wants_refinement(const FitProblem& problem, bool joint) {
   const FitSettings& settings = problem.settings();
   const int scalars = problem.unknowns().size();
-  if (joint && scalars == 0) return false;
+  if ((joint && scalars == 0) || problem.fields().vertices()) return false;
   if (settings.refinement != "auto") return settings.refinement == "on";
   return (problem.fields().empty() || joint) && scalars <= kFewUnknowns &&
          problem.loss().least_squares &&
@@ -78,6 +79,7 @@ double common_brightness(const std::vector<Photo>& photos) {
 
 Strategy::Strategy(FitProblem& problem)
     : optimiser(optimiser_of(problem)),
+      moves_vertices(problem.fields().vertices() != nullptr),
       alternates(!problem.fields().empty() && optimiser.few_unknowns),
       has_images(any_on_surface(problem.fields())),
       has_environment(problem.fields().has_environment()) {

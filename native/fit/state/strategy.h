@@ -14,7 +14,10 @@ struct Strategy {
   /// Sets the weights of the problem, and the iterations of its scalars. InvalidArgument where settings contradict each other.
   explicit Strategy(FitProblem& problem);
 
-  const OptimiserKind& optimiser;
+  const OptimiserKind& optimiser;  ///< of what is no vertex
+  bool moves_vertices;             ///< nothing else is fitted then: see `ShapeDescent`
+  /// As results name what was used.
+  std::string_view method() const { return moves_vertices ? "large-steps" : optimiser.name; }
   /// Scalars and fields are moved in blocks: what Gauss-Newton accumulates would be about fields that
   /// have moved since.
   bool alternates;

@@ -66,7 +66,9 @@ void Taken::append(const double* sums) {
   for (std::size_t c = 0; c < 3; ++c) result.reference.push_back(static_cast<float>(sums[c]));
   // Sums of shares, none of which is below 0.
   result.weight.push_back(sums[4] == 0 ? static_cast<float>(sums[3]) : 0.f);
-  result.inside.push_back(sums[5] == 0);
+  // Rounding makes no pixel whole.
+  const auto share = static_cast<float>(1 - std::min(sums[5], 1.0));
+  result.inside.push_back(sums[5] == 0 ? 1 : std::min(share, std::nextafter(1.f, 0.f)));
 }
 
 /// One row of the photo, filtered across.

@@ -19,13 +19,13 @@ struct MaskInfo {
 
 /// A photo at the size of a fit.
 struct WorkingPhoto {
-  PictureInfo info;                  ///< of the file, with warnings of its pixels
-  std::vector<MaskInfo> masks;       ///< in the order in which they were given
-  std::vector<float> reference;      ///< (height, width, 3) linear Rec. 709
-  std::vector<float> weight;         ///< (height, width) in [0, 1]: alpha times masks
-  std::vector<std::uint8_t> inside;  ///< (height, width): alpha and masks are nowhere 0 below
-  PixelCounts counts;                ///< of the pixels of the file
-  double isolated = 0;  ///< share of light in isolated bright pixels; 0: not worth telling
+  PictureInfo info;              ///< of the file, with warnings of its pixels
+  std::vector<MaskInfo> masks;   ///< in the order in which they were given
+  std::vector<float> reference;  ///< (height, width, 3) linear Rec. 709
+  std::vector<float> weight;     ///< (height, width) in [0, 1]: alpha times masks
+  std::vector<float> inside;     ///< (height, width): share where alpha and masks are not 0; 1: all
+  PixelCounts counts;            ///< of the pixels of the file
+  double isolated = 0;           ///< share of light in isolated bright pixels; 0: not worth telling
 };
 
 /// A mask of any size and of the photo's shape.

@@ -27,8 +27,8 @@ struct ClosureLayers : Layers<T> {
   using S = scalar_t<T>;
 
   ClosureLayers(const closures::FullPrincipled<T>& m, const T& weight, const Flavour& flavour,
-                const SurfacePoint<S>& point, S cos_i)
-      : Layers<T>(m, flavour, point, cos_i, true, m.anisotropic, m.film) {
+                const SurfacePoint<S>& point, S cos_n)
+      : Layers<T>(m, flavour, point, cos_n, true, m.anisotropic, m.film) {
     for (Color<T>* c : {&this->emission, &this->transparency, &this->metal_weight,
                         &this->glass_through, &this->diffuse, &this->subsurface})
       *c = *c * weight;
@@ -44,8 +44,8 @@ struct ClosureLayers : Layers<T> {
   }
   template <class OneClosure>
   ClosureLayers(const OneClosure& m, const T& weight, const Flavour& flavour,
-                const SurfacePoint<S>& point, S cos_i)
-      : Layers<T>(flavour, cos_i) {
+                const SurfacePoint<S>& point, S cos_n)
+      : Layers<T>(flavour, cos_n) {
     add(m, weight, point);
     this->choose();
   }
@@ -112,18 +112,25 @@ struct ClosureLayers : Layers<T> {
   void add(const closures::Metallic<T>& m, const T& weight, const SurfacePointHere&) {
     if (!this->matters(weight)) return;
     this->metal = MetalFresnel<T>(map(m.base_color, clamp01<T>), map(m.edge_tint, clamp01<T>));
+    bool slope = has_slope(this->metal.f0) || has_slope(this->metal.bump);
+    if (is_there(m.film)) {
+      this->metal_film.emplace(m.film, this->metal);
+      slope = this->metal_film->moves();
+    }
+    const Color<T> seen =
+        this->metal_film ? this->metal_film->at(this->cos_i_) : this->metal.at(this->cos_i_);
     add_mirror(this->stretch_by(m.roughness, m.anisotropy), Color<T>(weight), this->metal.mean(),
-               value_of(weight) * value_of(mean_channel(this->metal.at(this->cos_i_))),
-               has_slope(this->metal.f0) || has_slope(this->metal.bump));
+               value_of(weight) * value_of(mean_channel(seen)), slope);
   }
   /// Its Fresnel term is left to ConductorBsdf.
   void add(const closures::Conductor<T>& m, const T& weight, const SurfacePointHere&) {
     if (!this->matters(weight)) return;
-    const auto fresnel = conductor_fresnel(m);
+    const auto fresnel = conductor_fresnel(m, this->blender5_);
     this->metal = white();
-    add_mirror(this->stretch_by(m.roughness, m.anisotropy), Color<T>(weight), fresnel.mean(),
-               value_of(weight) * mean_channel(value_of(fresnel.at(this->cos_i_))),
-               has_slope(m.ior) || has_slope(m.extinction));
+    add_mirror(
+        this->stretch_by(m.roughness, m.anisotropy), Color<T>(weight), fresnel.mean(),
+        value_of(weight) * mean_channel(value_of(fresnel.at(this->cos_i_))),
+        has_slope(m.ior) || has_slope(m.extinction) || (fresnel.film && fresnel.film->moves()));
   }
 
   void add(const closures::Glass<T>& m, const T& weight, const SurfacePointHere& point) {
@@ -146,7 +153,11 @@ struct ClosureLayers : Layers<T> {
     this->glass_through = this->glass.risen;
     this->glass_flat = value_of(d.normal);
     this->glass_tint = 1 - this->glass_flat;
-    const bool moves = this->moves(this->glass) || has_slope(d.eta);
+    bool moves = this->moves(this->glass) || has_slope(d.eta);
+    if (is_there(m.film)) {
+      this->film_glass(m.film, point.backfacing, d.normal, Color<T>(T(1)));
+      moves |= this->glass_film->moves();
+    }
     if (has_slope(d.eta)) this->glass_least = S(0.05), this->glass_most = S(0.95);
     place(kGlass, value_of(weight) * mean_channel(value_of(color)),
           moves || has_slope(this->width2));
@@ -193,9 +204,11 @@ struct ClosureLayers : Layers<T> {
   static MetalFresnel<T> white() { return MetalFresnel<T>(Color<T>(T(1)), Color<T>(T(1))); }
 
  public:
-  static ConductorFresnel<T> conductor_fresnel(const closures::Conductor<T>& m) {
+  static ConductorFresnel<T> conductor_fresnel(const closures::Conductor<T>& m, bool blender5) {
     const auto nonnegative = Layers<T>::nonnegative;
-    return {map(m.ior, nonnegative), map(m.extinction, nonnegative)};
+    ConductorFresnel<T> found{map(m.ior, nonnegative), map(m.extinction, nonnegative), blender5};
+    if (is_there(m.film)) found.film.emplace(m.film, found.n, found.k);
+    return found;
   }
 };
 

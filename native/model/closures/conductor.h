@@ -3,6 +3,7 @@
 
 #include "math/color.h"
 #include "model/closures/socket_parameters.h"
+#include "model/thin_film.h"
 
 namespace selenite::closures {
 
@@ -13,6 +14,7 @@ struct Conductor {
   Color<T> extinction{T(3.4)};  // the node starts at 3.867, 3.404, 3.009
   T roughness{0.5};
   T anisotropy{0};
+  ThinFilm<T> film{};  ///< of Blender 5
 
   template <class Self, class Visit>
   static constexpr void fields(Self& m, Visit&& visit) {
@@ -33,6 +35,8 @@ struct Conductor {
           m.extinction);
     visit(roughness_parameter(0.5, "Square root of the micronormals' width"), m.roughness);
     visit(anisotropy_parameter(0), m.anisotropy);
+    visit(film_thickness_parameter(), m.film.thickness);
+    visit(film_ior_parameter(), m.film.ior);
   }
 };
 

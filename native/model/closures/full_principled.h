@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "model/closures/socket_parameters.h"
 #include "model/principled.h"
 #include "model/thin_film.h"
 
@@ -35,28 +36,8 @@ struct FullPrincipled : selenite::Principled<T> {
                   .help = "How much longer highlights of metal and of the specular lobe are along "
                           "the tangent than across"},
         m.anisotropic);
-    visit(Parameter{.name = "thin_film_thickness",
-                    .sockets = "Thin Film Thickness",
-                    .unit = "nm",
-                    .lower = 0,
-                    .upper = 100000,
-                    .fit_lower = 30,
-                    .fit_upper = 1000,
-                    .initial = 0,
-                    .versions = Versions::k2,
-                    .help = "Thickness of a film whose interference colours reflections"},
-          m.film.thickness);
-    visit(Parameter{.name = "thin_film_ior",
-                    .sockets = "Thin Film IOR",
-                    .unit = "1",
-                    .lower = 0,
-                    .upper = 1000,
-                    .fit_lower = 1,
-                    .fit_upper = 2.5,
-                    .initial = 1.33,
-                    .versions = Versions::k2,
-                    .help = "Index of refraction of the film"},
-          m.film.ior);
+    visit(film_thickness_parameter(), m.film.thickness);
+    visit(film_ior_parameter(), m.film.ior);
   }
 };
 

@@ -3,6 +3,7 @@
 
 #include "math/color.h"
 #include "model/closures/socket_parameters.h"
+#include "model/thin_film.h"
 
 namespace selenite::closures {
 
@@ -12,6 +13,7 @@ struct Glass {
   Color<T> color{T(1)};
   T roughness{0};
   T ior{1.5};
+  ThinFilm<T> film{};  ///< of Blender 5
 
   template <class Self, class Visit>
   static constexpr void fields(Self& m, Visit&& visit) {
@@ -19,6 +21,8 @@ struct Glass {
           m.color);
     visit(roughness_parameter(0, "Square root of the micronormals' width"), m.roughness);
     visit(ior_parameter(1.5, "Index of refraction of the inside over the outside"), m.ior);
+    visit(film_thickness_parameter(), m.film.thickness);
+    visit(film_ior_parameter(), m.film.ior);
   }
 };
 

@@ -64,4 +64,29 @@ constexpr Parameter anisotropy_parameter(double lower) {
               "round below 0"};
 }
 
+constexpr Parameter film_thickness_parameter() {
+  return {.name = "thin_film_thickness",
+          .sockets = "Thin Film Thickness",
+          .unit = "nm",
+          .lower = 0,
+          .upper = 100000,
+          .fit_lower = 30,
+          .fit_upper = 1000,
+          .initial = 0,
+          .versions = Versions::k2,
+          .help = "Thickness of a film whose interference colours reflections"};
+}
+constexpr Parameter film_ior_parameter() {
+  return {.name = "thin_film_ior",
+          .sockets = "Thin Film IOR",
+          .unit = "1",
+          .lower = 0,
+          .upper = 1000,
+          .fit_lower = 1,
+          .fit_upper = 2.5,
+          .initial = 1.33,
+          .versions = Versions::k2,
+          .help = "Index of refraction of the film"};
+}
+
 }  // namespace selenite::closures

@@ -92,9 +92,11 @@ class SurfaceBsdf {
     }
     Color<T> f = s.weight * s.density;
     S p = part.pick * s.density;
-    // Cycles leaves the transmission that it has drawn as it is.
-    if (const auto* lobes = std::get_if<PrincipledBsdf<T>>(&part.bsdf); lobes && part.bumped)
-      f += lost_at_terminator(*lobes, part.n, s.wo);
+    // Blender 4 leaves the diffuse transmission that it has drawn as it is.
+    if (const bool lobes = std::holds_alternative<PrincipledBsdf<T>>(part.bsdf);
+        part.bumped && (lobes || part.from->flavour.blender5))
+      f +=
+          std::visit([&](const auto& b) { return lost_at_terminator(b, part.n, s.wo); }, part.bsdf);
     if constexpr (kTurns)
       if (part.turning)
         f += part.turning->slopes(part.turning->closure.value_of_drawn(s.wo, s.diffuse));
@@ -177,8 +179,8 @@ class SurfaceBsdf {
   template <class OneClosure>
   void add(const OneClosure& m, const PlacedClosure<T>& placed, const SurfacePoint<S>& at) {
     const SurfacePoint<S> point = of_closure(at, placed);
-    const auto layers_of = [&](S cos_i) {
-      return ClosureLayers<T>(m, placed.weight, placed.flavour, point, cos_i);
+    const auto layers_of = [&](S cos_n) {
+      return ClosureLayers<T>(m, placed.weight, placed.flavour, point, cos_n);
     };
     // Highlights of two widths turn with the tangent.
     const auto rotate = [&placed]([[maybe_unused]] PrincipledBsdf<T>& lobes) {
@@ -192,8 +194,9 @@ class SurfaceBsdf {
     if constexpr (std::is_same_v<OneClosure, closures::Conductor<T>>) {
       PrincipledBsdf<T> lobes(layers_of, placed.flavour, point);
       rotate(lobes);
-      Part& part = parts_[count_].emplace(std::in_place_type<ConductorBsdf<T>>, placed, lobes,
-                                          ClosureLayers<T>::conductor_fresnel(m), at.wi);
+      Part& part = parts_[count_].emplace(
+          std::in_place_type<ConductorBsdf<T>>, placed, lobes,
+          ClosureLayers<T>::conductor_fresnel(m, placed.flavour.blender5), at.wi);
       judge(part, lobes.layers(), at);
     } else {
       Part& part = parts_[count_].emplace(std::in_place_type<PrincipledBsdf<T>>, placed, layers_of,
@@ -236,6 +239,7 @@ class SurfaceBsdf {
     SurfacePoint<S> point = at;
     point.n = placed.n;
     point.tangent = placed.tangent;
+    point.smooth = at.n;
     return point;
   }
   void keep(Part& part, S estimate, bool slope, const SurfacePoint<S>& at) {

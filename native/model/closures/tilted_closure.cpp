@@ -9,7 +9,7 @@ namespace {
 template <class S>
 SurfacePoint<Tilted<S>> lifted(const SurfacePoint<S>& p, const Vec3<Tilted<S>>& n) {
   using V = Vec3<Tilted<S>>;
-  return {V(p.ng), n, V(p.wi), p.backfacing, p.after_diffuse, V(p.tangent)};
+  return {V(p.ng), n, V(p.wi), p.backfacing, p.after_diffuse, V(p.tangent), V(p.n)};
 }
 
 /// n + a s + b t by the angles a and b, at 0.
@@ -33,10 +33,11 @@ ClosureBsdf<X> made(const Closure<X>& closure, const Flavour& flavour, const X& 
           return TranslucentBsdf<X>(Color<X>(X(0)), point);  // scatters nothing
         } else {
           const PrincipledBsdf<X> lobes(
-              [&](X cos_i) { return ClosureLayers<X>(m, weight, flavour, point, cos_i); }, flavour,
+              [&](X cos_n) { return ClosureLayers<X>(m, weight, flavour, point, cos_n); }, flavour,
               point);
           if constexpr (std::is_same_v<One, closures::Conductor<X>>)
-            return ConductorBsdf<X>(lobes, ClosureLayers<X>::conductor_fresnel(m), point.wi);
+            return ConductorBsdf<X>(lobes, ClosureLayers<X>::conductor_fresnel(m, flavour.blender5),
+                                    point.wi);
           else
             return lobes;
         }

@@ -13,7 +13,7 @@ namespace selenite {
 /// our own quadrature at first use.
 ///
 /// Axes, all uniform on [0, 1]: roughness, cosine c of the viewer's direction, and
-/// z = sqrt(|n - 1| / (n + 1)) for the index of refraction n. Of these only c differs from lane to lane.
+/// z = sqrt(|n - 1| / (n + 1)) for the index of refraction n. Only c differs from lane to lane.
 class AlbedoTables {
  public:
   static constexpr int kFine = 32, kCoarse = 16;

@@ -198,8 +198,11 @@ class ShaderReader {
 Flavour make_flavour(bool multi_ggx, const std::string& version, const std::string& subsurface) {
   Flavour flavour;
   flavour.distribution = multi_ggx ? Flavour::Distribution::kMultiGgx : Flavour::Distribution::kGgx;
-  flavour.version = one_of<Flavour::Version>(
-      "flavour", version, {{"v1", Flavour::Version::kV1}, {"v2", Flavour::Version::kV2}});
+  flavour.version = one_of<Flavour::Version>("flavour", version,
+                                             {{"v1", Flavour::Version::kV1},
+                                              {"v2", Flavour::Version::kV2},
+                                              {"v2_of_5", Flavour::Version::kV2}});
+  flavour.blender5 = version == "v2_of_5";
   flavour.subsurface =
       one_of<Flavour::Subsurface>("subsurface", subsurface,
                                   {{"RANDOM_WALK", Flavour::Subsurface::kRandomWalk},

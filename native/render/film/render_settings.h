@@ -22,7 +22,7 @@ struct RenderSettings {
   /// Paths that a thread traces in lockstep: 1, 8, or 0 for eight where processor and scene permit.
   /// The picture is the same but for rounding.
   int lanes = 0;
-  bool aim_pilot = false;  ///< the film tells what it is worth to aim at lamps; see decide_aims
+  bool aim_pilot = false;  ///< the film measures what aiming at lamps is worth; see decide_aims
   /// Null: all. The others stay black, and those that are rendered are the same as without.
   std::shared_ptr<const PixelMask> pixels{};
   bool has(std::size_t pixel) const { return !pixels || (*pixels)[pixel] != 0; }

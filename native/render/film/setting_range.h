@@ -5,8 +5,8 @@
 
 namespace selenite {
 
-/// What a setting may be. The tables are all there is: the checks here and in Python, and what
-/// Python tells of them, read these.
+/// What a setting may be. The tables are all there is: the checks here and in Python read
+/// them, and so do Python's messages.
 struct SettingRange {
   const char* name;
   const char* what;  ///< in words

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <type_traits>
 
+#include "math/instruction_set.h"
 #include "math/processor.h"
 #include "render/lanes/lane_textures.h"
 
@@ -41,8 +42,7 @@ const char* obstacle(const PreparedMaterial<L>& m) {
 
 bool has_lanes() {
 #if defined(SELENITE_LANES)
-  static const bool supported =
-      __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && !avx2_is_forbidden();
+  static const bool supported = has_avx2() && !avx2_is_forbidden();
   return supported;
 #else
   return false;

@@ -25,7 +25,7 @@ struct LightSet {
   std::map<int, Color<double>> shaded;
 };
 
-/// Chooses a light of a scene, independently of the point that it lights, and tells the density of what
+/// Chooses a light of a scene, independently of the point that it lights, and gives the density of what
 /// it chooses. A light is a lamp, all emissive surfaces together, or the world; these are numbered in
 /// this order. Half of the samples are shared out by flux and half evenly, so that a weak lamp close
 /// by is not starved.

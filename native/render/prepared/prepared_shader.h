@@ -18,7 +18,7 @@ struct ShaderRoom {
   std::vector<PlacedClosure<T>> closures;
 };
 
-/// A material's shader with its ticked constants seeded, T: a path scalar. What it tells of the surface
+/// A material's shader with its ticked constants seeded, T: a path scalar. What it says of the surface
 /// as a whole is cautious: what varies over it counts as there.
 template <class T>
 class PreparedShader {

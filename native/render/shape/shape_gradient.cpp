@@ -17,9 +17,6 @@
 namespace selenite {
 namespace {
 
-/// Samples of edges for each sample a pixel and pixel along the picture's sides.
-constexpr int kPerSide = 4;
-
 /// Of the derivative's samples, which are independent of those of the picture.
 std::uint64_t other_seed(std::uint64_t seed) { return mix64(seed + 0x5ca1ab1e); }
 
@@ -64,9 +61,7 @@ ShapeGradient render_shape_gradient(const Scene& scene, const Camera& camera, in
   std::vector<std::vector<double>> sums(1, std::vector<double>(3 * mesh.places()));
   OrderedSum sum({3}, sums);
   const int tiles = tile_count(settings);
-  const auto grazing =
-      static_cast<std::int64_t>(settings.spp) * kPerSide * (settings.width + settings.height) / 2;
-  const auto count = static_cast<int>(std::min<std::int64_t>(grazing, 1 << 30));
+  const int count = edge_samples(settings);
   for_each_tile(settings, progress, [&](int i, const Tile& tile) {
     std::vector<SparseGradient> gradients(1);
     VertexSums of_tile(mesh, gradients[0]);
@@ -81,10 +76,13 @@ ShapeGradient render_shape_gradient(const Scene& scene, const Camera& camera, in
       }
     }
     PathTracer<0> tracer(prepared, settings.depth, pixels);
+    const auto see = [&](const Ray& ray, const std::optional<Hit>& hit, Random& random) {
+      return tracer.trace(ray, hit, random).value;
+    };
     const auto first = static_cast<int>(static_cast<std::int64_t>(count) * i / tiles);
     const auto last = static_cast<int>(static_cast<std::int64_t>(count) * (i + 1) / tiles);
     for (int k = first; k < last; ++k) {
-      silhouettes.add(tracer, k, count, of_tile);
+      silhouettes.add(see, k, count, of_tile);
       shadows.add(k, count, of_tile);
     }
     sum.add(i, std::move(gradients));

@@ -28,6 +28,13 @@ Vec3f slope_of(const PixelCamera& camera, const Vec3d& vertex, const Vec2<double
 
 }  // namespace
 
+int edge_samples(const RenderSettings& settings) {
+  constexpr int kPerSide = 4;
+  const auto count =
+      static_cast<std::int64_t>(settings.spp) * kPerSide * (settings.width + settings.height) / 2;
+  return static_cast<int>(std::min<std::int64_t>(count, 1 << 30));
+}
+
 Silhouettes::Silhouettes(const Prepared<0>& prepared, const PixelCamera& camera,
                          const RenderSettings& settings, const MovedMesh& mesh,
                          const std::vector<MeshEdge>& edges, const std::vector<Colorf>& weights)
@@ -70,8 +77,8 @@ Silhouettes::Silhouettes(const Prepared<0>& prepared, const PixelCamera& camera,
   }
 }
 
-Colorf Silhouettes::radiance(PathTracer<0>& tracer, const Vec2<double>& place, const Seen& edge,
-                             Random& random, bool& hidden) const {
+Colorf Silhouettes::seen_at(const Seeing& see, const Vec2<double>& place, const Seen& edge,
+                            Random& random, bool& hidden) const {
   Ray ray = camera_.ray(static_cast<float>(place.x), static_cast<float>(place.y));
   const float start = ray.t_min;
   if (p_.any_medium)
@@ -80,10 +87,10 @@ Colorf Silhouettes::radiance(PathTracer<0>& tracer, const Vec2<double>& place, c
   const float reach = hit ? hit->t + (p_.any_medium ? start : 0) : 0;
   hidden = hit && reach < edge.nearest * (1 - kNearer);
   if (hidden) return {};
-  return tracer.trace(ray, hit, random).value;
+  return see(ray, hit, random);
 }
 
-void Silhouettes::add(PathTracer<0>& tracer, int i, int count, VertexSums& sums) const {
+void Silhouettes::add(const Seeing& see, int i, int count, VertexSums& sums) const {
   if (edges_.empty()) return;
   Random random(settings_.seed, static_cast<std::uint32_t>(i), 0xfffffffe);
   const auto drawn = choice_.draw((i + static_cast<double>(random.uniform(0))) / count);
@@ -101,8 +108,8 @@ void Silhouettes::add(PathTracer<0>& tracer, int i, int count, VertexSums& sums)
   Colorf jump;
   for (const double side : {-1.0, 1.0}) {
     Random stream = random;  // equal numbers on both sides leave less noise in the difference
-    const Colorf found = radiance(
-        tracer, {at.x + edge.across.x * (side * kBeside), at.y + edge.across.y * (side * kBeside)},
+    const Colorf found = seen_at(
+        see, {at.x + edge.across.x * (side * kBeside), at.y + edge.across.y * (side * kBeside)},
         edge, stream, hidden);
     if (hidden || !is_finite(found)) return;
     jump += found * static_cast<float>(-side);

@@ -6,7 +6,8 @@
 #include <cstdint>
 
 // Hashes of whole numbers and of the bits of floats, as Cycles makes its textures of them.
-// Source: Jenkins 2006, lookup3 (public domain).
+// Sources: Jenkins 2006, lookup3 (public domain); Jarzynski and Olano 2020, "Hash Functions for GPU
+// Rendering".
 namespace selenite::shading {
 
 /// Up to four words.
@@ -76,6 +77,38 @@ std::array<float, N> random_point(const std::array<float, N>& k) {
     return {random_of(k), random_of(std::array{k[3], k[0], k[1], k[2]}),
             random_of(std::array{k[2], k[3], k[0], k[1]}),
             random_of(std::array{k[1], k[2], k[3], k[0]})};
+}
+
+/// As many numbers in [0, 1] of a key of whole numbers, by a linear congruence whose words are mixed.
+template <std::size_t N>
+std::array<float, N> random_cell(const std::array<std::int32_t, N>& key) {
+  static_assert(N >= 2 && N <= 4);
+  std::array<std::uint32_t, N> v;
+  for (std::size_t i = 0; i < N; ++i)
+    v[i] = static_cast<std::uint32_t>(key[i]) * 1664525u + 1013904223u;
+  const auto mix = [&v] {
+    if constexpr (N == 2) {
+      v[0] += v[1] * 1664525u;
+      v[1] += v[0] * 1664525u;
+    } else if constexpr (N == 3) {
+      v[0] += v[1] * v[2];
+      v[1] += v[2] * v[0];
+      v[2] += v[0] * v[1];
+    } else {
+      v[0] += v[1] * v[3];
+      v[1] += v[2] * v[0];
+      v[2] += v[0] * v[1];
+      v[3] += v[1] * v[2];
+    }
+  };
+  mix();
+  for (std::uint32_t& x : v) x ^= static_cast<std::uint32_t>(static_cast<std::int32_t>(x) >> 16);
+  mix();
+  std::array<float, N> random;
+  constexpr std::uint32_t kMost = 0x7FFFFFFFu;
+  for (std::size_t i = 0; i < N; ++i)
+    random[i] = static_cast<float>(v[i] & kMost) * (1.0f / static_cast<float>(kMost));
+  return random;
 }
 
 }  // namespace selenite::shading

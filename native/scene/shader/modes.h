@@ -221,6 +221,8 @@ enum class VoronoiOutput : std::uint8_t { kDistance, kColor, kPosition, kW };
 constexpr int texture_type(std::uint8_t mode) { return mode & 7; }
 constexpr int texture_dimensions(std::uint8_t mode) { return 1 + ((mode >> 3) & 3); }
 constexpr int texture_metric(std::uint8_t mode) { return (mode >> 5) & 3; }
+/// Whether cells are those of Blender 5.
+constexpr bool texture_of_5(std::uint8_t mode) { return mode & 0x80; }
 inline constexpr std::uint8_t kNormalized = kPerChannel;
 
 /// Of a Wave Texture: direction (x, y, z, and diagonal or spherical), then rings, then the profile.

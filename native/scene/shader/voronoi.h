@@ -14,6 +14,7 @@ struct VoronoiNumbers {
   T detail, roughness, lacunarity, smoothness, exponent, randomness;
   VoronoiMetric metric = VoronoiMetric::kEuclidean;
   bool normalized = false;
+  bool whole_keys = false;  ///< cells are numbered in whole numbers, as in Blender 5
 };
 
 template <class T, std::size_t N>
@@ -51,7 +52,8 @@ class VoronoiCells {
   using S = scalar_t<T>;
   using Offset = std::array<int, N>;
 
-  VoronoiCells(const Point<T, N>& at, const T& randomness) : randomness_(randomness) {
+  VoronoiCells(const Point<T, N>& at, const VoronoiNumbers<T>& n)
+      : randomness_(n.randomness), whole_keys_(n.whole_keys) {
     for (std::size_t i = 0; i < N; ++i) {
       cell_[i] = floor_of(at[i]);
       local_[i] = at[i] - cell_[i];
@@ -60,14 +62,14 @@ class VoronoiCells {
 
   /// In units of cells from the corner of this one.
   Point<T, N> point(const Offset& offset) const {
-    const auto random = random_point(key(offset));
+    const auto random = random_at(offset);
     Point<T, N> p;
     for (std::size_t i = 0; i < N; ++i)
       p[i] = randomness_ * static_cast<S>(random[i]) + static_cast<S>(offset[i]);
     return p;
   }
   Color<T> color(const Offset& offset) const {
-    const auto c = random_color(key(offset));
+    const auto c = color_at(offset);
     return lifted<T>(Colorf{c[0], c[1], c[2]});
   }
   const Point<T, N>& local() const { return local_; }
@@ -101,7 +103,32 @@ class VoronoiCells {
     return k;
   }
 
+  std::array<std::int32_t, N> whole_key(const Offset& offset) const {
+    constexpr S kFarthest = S(2e9);  // that a whole number holds
+    std::array<std::int32_t, N> k;
+    for (std::size_t i = 0; i < N; ++i)
+      k[i] = static_cast<std::int32_t>(clamp(cell_[i], -kFarthest, kFarthest)) + offset[i];
+    return k;
+  }
+  std::array<float, N> random_at(const Offset& offset) const {
+    if constexpr (N > 1)
+      if (whole_keys_) return random_cell(whole_key(offset));
+    return random_point(key(offset));
+  }
+  std::array<float, 3> color_at(const Offset& offset) const {
+    if constexpr (N > 1) {
+      if (whole_keys_) {
+        const auto k = whole_key(offset);
+        if constexpr (N == 2) return random_cell(std::array<std::int32_t, 3>{k[0], k[1], 0});
+        const auto random = random_cell(k);
+        return {random[0], random[1], random[N > 2 ? 2 : 0]};
+      }
+    }
+    return random_color(key(offset));
+  }
+
   T randomness_;
+  bool whole_keys_;
   std::array<S, N> cell_;
   Point<T, N> local_;
 };
@@ -118,7 +145,7 @@ template <class T, std::size_t N>
 VoronoiResult<T, N> voronoi_nearest(const Point<T, N>& at, const VoronoiNumbers<T>& n,
                                     bool second) {
   using Cells = VoronoiCells<T, N>;
-  const Cells cells(at, n.randomness);
+  const Cells cells(at, n);
   typename Cells::Offset first_offset{}, second_offset{};
   T nearest(std::numeric_limits<scalar_t<T>>::max()), next = nearest;
   Cells::around({}, 1, [&](const typename Cells::Offset& offset) {
@@ -139,7 +166,7 @@ template <class T, std::size_t N>
 VoronoiResult<T, N> voronoi_smooth(const Point<T, N>& at, const VoronoiNumbers<T>& n) {
   using S = scalar_t<T>;
   using Cells = VoronoiCells<T, N>;
-  const Cells cells(at, n.randomness);
+  const Cells cells(at, n);
   const T& s = n.smoothness;
   VoronoiResult<T, N> r;
   bool first = true;
@@ -167,10 +194,10 @@ VoronoiResult<T, N> voronoi_smooth(const Point<T, N>& at, const VoronoiNumbers<T
 inline constexpr double kSamePoint = 1e-4;
 
 template <class T, std::size_t N>
-T voronoi_edge(const Point<T, N>& at, const T& randomness) {
+T voronoi_edge(const Point<T, N>& at, const VoronoiNumbers<T>& n) {
   using S = scalar_t<T>;
   using Cells = VoronoiCells<T, N>;
-  const Cells cells(at, randomness);
+  const Cells cells(at, n);
   const auto square_of = [](const Point<T, N>& d) {
     T sum(0);
     for (const T& x : d) sum = sum + x * x;
@@ -204,10 +231,10 @@ T voronoi_edge(const Point<T, N>& at, const T& randomness) {
 
 /// Half the way from the nearest point to the one nearest to that.
 template <class T, std::size_t N>
-T voronoi_radius(const Point<T, N>& at, const T& randomness) {
+T voronoi_radius(const Point<T, N>& at, const VoronoiNumbers<T>& n) {
   using S = scalar_t<T>;
   using Cells = VoronoiCells<T, N>;
-  const Cells cells(at, randomness);
+  const Cells cells(at, n);
   const auto distance = [](const Point<T, N>& d) {
     return voronoi_distance(d, VoronoiMetric::kEuclidean, T(1));
   };
@@ -239,7 +266,7 @@ T voronoi_reach(VoronoiMode mode, const VoronoiNumbers<T>& n) {
 template <class T, std::size_t N>
 VoronoiResult<T, N> voronoi_octave(VoronoiMode mode, const Point<T, N>& at,
                                    const VoronoiNumbers<T>& n) {
-  if (mode == VoronoiMode::kEdge) return {voronoi_edge(at, n.randomness), {}, {}};
+  if (mode == VoronoiMode::kEdge) return {voronoi_edge(at, n), {}, {}};
   if (mode == VoronoiMode::kSmoothF1 && value_of(n.smoothness) != 0) return voronoi_smooth(at, n);
   return voronoi_nearest(at, n, mode == VoronoiMode::kF2);
 }
@@ -305,7 +332,7 @@ Color<T> voronoi_texture(VoronoiMode mode, VoronoiOutput output, const Point<T, 
   n.roughness = saturate(n.roughness);
   n.randomness = saturate(n.randomness);
   n.smoothness = clamp(n.smoothness * S(0.5), S(0), S(0.5));
-  if (mode == VoronoiMode::kSphereRadius) return Color<T>(voronoi_radius(at, n.randomness));
+  if (mode == VoronoiMode::kSphereRadius) return Color<T>(voronoi_radius(at, n));
   const VoronoiResult<T, N> r = voronoi_octaves(mode, at, n);
   if (output == VoronoiOutput::kDistance) return Color<T>(r.distance);
   if (output == VoronoiOutput::kColor) return r.color;

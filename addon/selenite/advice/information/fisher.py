@@ -53,15 +53,12 @@ def weakest(photos: Sequence[FisherInformation]) -> float:
     return found
 
 
-def errors(
-    photos: Sequence[np.ndarray], ranges: np.ndarray, free: Sequence[int] | None = None
-) -> np.ndarray:
+def errors(photos: Sequence[np.ndarray], ranges: np.ndarray) -> np.ndarray:
     """(n,): standard error of each component, those of the others being unknown too, from the
     precision of each photo. What no photo shows is as wide as its bounds, `ranges` (n,) apart,
-    leave it. free: the components that are unknown, in the order of the answer; all, unless given.
+    leave it.
     """
-    unknown = None if free is None else list(free)
-    found: np.ndarray = native.core().expected_errors(list(photos), ranges, unknown)
+    found: np.ndarray = native.core().expected_errors(list(photos), ranges)
     return found
 
 

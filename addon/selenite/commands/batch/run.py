@@ -106,7 +106,7 @@ class Batch:
                 stdin=subprocess.DEVNULL,
                 stdout=out,
                 stderr=log,
-                env={**os.environ, "TMPDIR": place.name},
+                env={**os.environ, **dict.fromkeys(("TMPDIR", "TMP", "TEMP"), place.name)},
                 start_new_session=os.name == "posix",  # Ctrl+C is for the batch
             )
         since = time.monotonic()

@@ -193,6 +193,23 @@ def loss_flat(history: History) -> list[str]:
     ]
 
 
+def shortened(fit: FitResult) -> list[str]:
+    """Of a shape: steps that would have spoiled the mesh."""
+    steps = fit.shape_steps
+    if not (steps.turning or steps.intersecting):
+        return []
+    return [
+        message(
+            "course.steps-shortened",
+            "Steps of the shape were shortened: {turning} would have turned a face over, "
+            "{intersecting} led a surface through another one; {given_up} were left out",
+            turning=steps.turning,
+            intersecting=steps.intersecting,
+            given_up=steps.given_up,
+        )
+    ]
+
+
 def still_falling(fit: FitResult) -> list[str]:
     """Of a fit at its end, by its result: a loss that the last iterations still brought down,
     beyond noise. Where the photos are explained nothing is left to gain."""

@@ -23,12 +23,43 @@ _OFF_EDGE = 2
 _FEWEST_PIXELS, _FEWEST_PHOTOS, _SIGMAS, _EXCESS, _TIMES = 20, 3, 3.0, 0.05, 2.0
 
 
+def is_lit_in_the_dark(views: Sequence[View]) -> bool | None:
+    """Whether light is where an opaque body has none; None: too few photos have dark places."""
+    excess, brighter = _excess(views)
+    return None if len(excess) < _FEWEST_PHOTOS else brighter and _stands_out(excess)
+
+
 def light_in_the_dark(views: Sequence[View]) -> list[str]:
     """No sentence or one, of the renders that a fit of opaque bodies ends with."""
+    if not is_lit_in_the_dark(views):
+        return []
+    excess, _ = _excess(views)
+    return [
+        message(
+            "unlit.photos-their-bright-level",
+            "{count} of {all} photos are {share} of their bright level brighter "
+            "than the render in places that it leaves dark: light comes through the"
+            " body, or light of the room is missing; fit subsurface scattering or a"
+            " medium (see Volumes in the manual), or World:strength",
+            count=len(excess),
+            all=len(views),
+            share=f"{np.mean(excess):.0%}",
+        )
+    ]
+
+
+def _stands_out(excess: Sequence[float]) -> bool:
+    mean, error = float(np.mean(excess)), float(np.std(excess, ddof=1)) / math.sqrt(len(excess))
+    return mean >= max(_EXCESS, _SIGMAS * error)
+
+
+def _excess(views: Sequence[View]) -> tuple[list[float], bool]:
+    """How much brighter each photo with dark places is there, in bright levels; whether all of them
+    together are much brighter."""
     counted = [view.weight > 0 for view in views]
     photos = [view.reference.mean(axis=2, dtype=float) for view in views]
     if not any(inside.any() for inside in counted):
-        return []
+        return [], False
     bright = float(
         np.quantile(
             np.concatenate([p[inside] for p, inside in zip(photos, counted, strict=True)]), _BRIGHT
@@ -42,20 +73,4 @@ def light_in_the_dark(views: Sequence[View]) -> list[str]:
             continue
         excess.append(float((photo - render)[dark].mean()) / bright)
         seen, shown = seen + float(photo[dark].sum()), shown + float(render[dark].sum())
-    if len(excess) < _FEWEST_PHOTOS or seen < _TIMES * shown:
-        return []
-    mean, error = float(np.mean(excess)), float(np.std(excess, ddof=1)) / math.sqrt(len(excess))
-    if mean < max(_EXCESS, _SIGMAS * error):
-        return []
-    return [
-        message(
-            "unlit.photos-their-bright-level",
-            "{count} of {all} photos are {share} of their bright level brighter "
-            "than the render in places that it leaves dark: light comes through the"
-            " body, or light of the room is missing; fit subsurface scattering or a"
-            " medium (see Volumes in the manual), or World:strength",
-            count=len(excess),
-            all=len(views),
-            share=f"{mean:.0%}",
-        )
-    ]
+    return excess, seen >= _TIMES * shown

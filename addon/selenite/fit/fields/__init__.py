@@ -27,7 +27,7 @@ from .vertex_positions import VerticesUnknown, vertices_unknown
 __all__ = [
     "EnvironmentUnknown", "FieldUnknown", "GridUnknown", "ImageUnknown", "SurfaceUnknown",
     "VertexColorsUnknown", "VerticesUnknown", "choose", "fitted_environment", "fitted_grids",
-    "means", "remarks", "split", "with_fields", "with_grids",
+    "means", "name_of", "remarks", "split", "with_fields", "with_grids",
 ]  # fmt: skip
 
 
@@ -35,6 +35,14 @@ def split(requests: Sequence[UnknownRequest]) -> tuple[list[UnknownRequest], lis
     """(those with one value, fields)."""
     fields = [item for item in requests if kind_of(item.parameter) is not None]
     return [item for item in requests if kind_of(item.parameter) is None], fields
+
+
+def name_of(scene: SceneValues, request: UnknownRequest) -> str:
+    """What the unknown of a request is called, field or not."""
+    kind = kind_of(request.parameter)
+    environment = kind is not None and kind.is_environment
+    owner = own_name(scene, request.owner) if environment else request.owner
+    return parameters.join_name(owner, request.parameter)
 
 
 def choose(

@@ -12,8 +12,8 @@ import numpy as np
 from ...parameters import Values
 from ...paths import file_stems
 from ...problems import BadInput, Problem
-from ...scene_read.mesh_colors import object_of, shown_colors
-from ...scene_read.values import SceneValues
+from ...scene_read.mesh_colors import new_colors, object_of, shown_colors
+from ...scene_read.values import MapValues, SceneValues
 from ..field_kinds import field_kind
 from ..request import UnknownRequest
 from ..settings import FitSettings
@@ -24,16 +24,21 @@ from .seen import SurfaceUnknown, unseen_of
 if TYPE_CHECKING:
     from ..._core import Scene
 
+#: In place of a file at which colours start: a new attribute.
+NEW = "new"
+
 
 @dataclass(frozen=True, eq=False)
 class VertexColorsUnknown(SurfaceUnknown):
     """`mesh`: its number in the scene. `attribute`: its name. `start`: (n, 3) float32, linear, one
-    for each vertex or corner. `elements`: (3m,) which of them a corner of a triangle shows."""
+    for each vertex or corner. `elements`: (3m,) which of them a corner of a triangle shows.
+    `materials`: whose base colour is to show a new attribute."""
 
     mesh: int
     attribute: str
     start: np.ndarray
     elements: np.ndarray
+    materials: tuple[str, ...] = ()
 
     @property
     def values(self) -> np.ndarray:
@@ -48,18 +53,21 @@ class VertexColorsUnknown(SurfaceUnknown):
         """The scene with the start in it."""
         mesh = scene.meshes[self.mesh]
         shown = np.take(self.start, self.elements, axis=0)
-        mesh = replace(
-            mesh,
-            colors=tuple(
-                (name, shown if name == self.attribute else own) for name, own in mesh.colors
-            ),
-            stored_colors=tuple(
-                (name, self.start if name == self.attribute else own, elements)
-                for name, own, elements in mesh.stored_colors
-            ),
-        )
+        own = self.attribute
+        entry, stored = (own, shown), (own, self.start, self.elements)
+        colors = tuple(entry if item[0] == own else item for item in mesh.colors)
+        of_fit = tuple(stored if item[0] == own else item for item in mesh.stored_colors)
+        if own not in {name for name, _ in mesh.colors}:
+            colors, of_fit = (*colors, entry), (*of_fit, stored)
+        mesh = replace(mesh, colors=colors, stored_colors=of_fit)
         meshes = [mesh if i == self.mesh else item for i, item in enumerate(scene.meshes)]
-        return replace(scene, meshes=meshes)
+        materials = [
+            replace(item, maps=item.maps | {"base_color": MapValues(None, own)})
+            if item.name in self.materials
+            else item
+            for item in scene.materials
+        ]
+        return replace(scene, meshes=meshes, materials=materials)
 
     def placed(self, scene: Scene, values: np.ndarray) -> Scene:
         """The native scene, which has the attribute, with other colours in it."""
@@ -118,9 +126,14 @@ def vertex_colors_unknown(
     owner = object_of(scene, request.owner, title)
     low, high = share_bounds(request, title)
     rate = rate_of(request, settings, title)
-    name, stored, elements = shown_colors(scene, owner, title)
+    materials: tuple[str, ...] = ()
+    if request.grid == NEW:
+        new = new_colors(scene, owner, title)
+        name, stored, elements, materials = new.attribute, new.values, new.elements, new.materials
+    else:
+        name, stored, elements = shown_colors(scene, owner, title)
     own = np.clip(stored, np.float32(low), np.float32(high))
-    if request.grid:
+    if request.grid not in ("", NEW):
         cause = f"it starts at the colour attribute '{name}', not at '{request.grid}'"
         raise BadInput(Problem(title, cause, ONE_START))
     fill = fill_of(request, title)
@@ -137,4 +150,5 @@ def vertex_colors_unknown(
     return VertexColorsUnknown(
         owner.name, field_kind(request.parameter), low, high, rate, 1.0, filled, stem,
         filled.unseen, owner.mesh, name, np.ascontiguousarray(own, np.float32), elements,
+        materials,
     )  # fmt: skip

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ... import native
+from ...capture.request import CaptureRequest
 from ...messages import remark, thing
 from ...parameters import Values
 from ...paths import file_stems
@@ -23,7 +23,7 @@ from ..settings import FitSettings
 from .base import FieldUnknown
 
 if TYPE_CHECKING:
-    from ..._core import Photo, Scene, ShapeFit
+    from ..._core import Scene
 
 #: How far a vertex may leave the bounding box of the start, in sizes of the box.
 USUAL_MARGIN = 0.5
@@ -65,22 +65,6 @@ class VerticesUnknown(FieldUnknown):
     def stored(self, colour: Values) -> np.ndarray:
         """As it is."""
         return np.asarray(colour, np.float32)
-
-    def settings(self, asked: FitSettings, warnings: list[str]) -> FitSettings:
-        """Those of a fit of this shape: the usual loss gives way to one in which outlines count."""
-        if asked.loss != FitSettings().loss:
-            return asked
-        warnings.append(
-            remark(thing("Parameter", self.name), f"a shape is fitted by the loss {LOSS}")
-        )
-        return replace(asked, loss=LOSS)
-
-    def fit(self, scene: Scene, photos: Sequence[Photo], settings: FitSettings) -> ShapeFit:
-        """The native fit of the shape. Raises ValueError, KeyError."""
-        return native.core().ShapeFit(
-            scene, photos, self.owner, settings.native(), learning_rate=self.learning_rate,
-            minimum=self.minimum, maximum=self.maximum,
-        )  # fmt: skip
 
     @property
     def files(self) -> list[str]:
@@ -155,22 +139,31 @@ def positions_of(path: str, count: int) -> np.ndarray:
     return np.asarray(found, np.float32)
 
 
-def alone(
-    fields: Sequence[FieldUnknown], others: Sequence[object], staged: bool, problems: list[Problem]
-) -> VerticesUnknown | None:
-    """The vertices among the fields of a fit, None without any. What cannot be fitted beside them
-    goes to `problems`."""
-    found = [item for item in fields if isinstance(item, VerticesUnknown)]
-    if not found:
-        return None
-    title = thing("Parameter", found[0].name)
-    if len(fields) > 1 or others:
-        cause = "a shape is fitted alone"
-        cure = "fit it first, then the rest in a second fit that starts from its result"
-        problems.append(Problem(title, cause, cure))
-    if staged:
-        problems.append(Problem(title, "a shape has no stages", "fit it in one stage"))
-    return found[0]
+def with_loss(asked: FitSettings) -> FitSettings:
+    """The settings of a stage that moves vertices: the usual loss gives way to one in which
+    outlines count."""
+    return replace(asked, loss=LOSS) if asked.loss == FitSettings().loss else asked
+
+
+def remarks(
+    fields: Sequence[FieldUnknown], settings: FitSettings, captures: Sequence[CaptureRequest]
+) -> list[str]:
+    """What differs from other fits while vertices move."""
+    if not any(isinstance(item, VerticesUnknown) for item in fields):
+        return []
+    text = "its silhouette is that of the start, and hides where the shape should go; give a mask"
+    cut = [
+        remark(thing("Photo", item.photo), text) for item in captures if item.silhouette is not None
+    ]
+    by_loss = f"by the loss {LOSS}, " if with_loss(settings) != settings else ""
+    return [
+        remark(
+            thing("Parameter", item.name),
+            f"a shape is fitted {by_loss}with one path at a time and derivatives of direct light",
+        )
+        for item in fields
+        if isinstance(item, VerticesUnknown)
+    ] + cut
 
 
 def _check_single(scene: SceneValues, owner: ObjectValues, title: str) -> None:

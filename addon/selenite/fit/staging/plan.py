@@ -33,6 +33,7 @@ class Stage:
     captures: list[Capture]
     scene: _core.Scene
     fields: tuple[FieldUnknown, ...]
+    source: SceneValues  # what the scene was built of
 
     def native(self) -> _core.Stage:
         """What the native Fit takes."""

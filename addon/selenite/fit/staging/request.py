@@ -26,8 +26,6 @@ PRESETS = {
     "colours-first": "colours first, then everything",
     _LIGHT_FIRST: "the world's image with one colour first, then images and grids",
 }
-#: Stages by what the photos determine: `information.conditioning`.
-AUTO = "auto"
 _KEYS = ("name", "parameters", "iterations", "spp", "height")
 #: A preset's stages before the last take this share of the iterations.
 _FIRST_SHARE = 0.5
@@ -64,7 +62,7 @@ def read_stages(path: Path) -> tuple[StageRequest, ...]:
     try:
         data = read_json(path)
     except ValueError as error:
-        cause, cure = f"cannot be read ({error})", f"give a JSON file or {listed((*PRESETS, AUTO))}"
+        cause, cure = f"cannot be read ({error})", f"give a JSON file or {listed(PRESETS)}"
         raise BadInput(Problem(title, cause, cure)) from error
     return stages_from_json(data, title)
 

@@ -76,8 +76,8 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
 
     def _start(self, context: bpy.types.Context) -> bool:
         scene = context.scene
-        known = RUN.plan is not None and RUN.result is not None and RUN.scene_name == scene.name
-        request = RUN.plan.request if known else _request(scene)
+        known = RUN.outcome_of(scene.name)
+        request = known.plan.request if known else _request(scene)
         rows = scene.selenite.results
         # Once they are applied, the scene itself shows the fields.
         applied = scene.selenite.applied
@@ -103,7 +103,9 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
                         missing.cure,
                     )
                 )
-            taken = [as_found(item, RUN.result.fit) for item in RUN.plan.captures] if known else []
+            taken = (
+                [as_found(item, known.result.fit) for item in known.plan.captures] if known else []
+            )
             environment = "" if applied else environment_rows.fitted(scene)
             job = CheckJob(scene, request, values, grids, surfaces, taken, environment)
         except (BadInput, OSError) as error:
@@ -177,14 +179,15 @@ def _request(scene: bpy.types.Scene) -> RunRequest:
 def _folder() -> Path:
     """The fit's result folder; if it was not saved yet one without the fit's own pictures."""
     scene = bpy.data.scenes[CHECK.scene_name]
-    if RUN.result is None or RUN.scene_name != scene.name:
+    done = RUN.outcome_of(scene.name)
+    if done is None:
         return new_folder(output_folder(scene))
-    if RUN.folder is None or not RUN.folder.is_dir():
+    if done.folder is None or not done.folder.is_dir():
         parent = output_folder(scene)
-        RUN.folder = write_results(
-            RUN.plan, RUN.result, parent, bpy.app.version_string, pictures=False
+        done.folder = write_results(
+            done.plan, done.result, parent, bpy.app.version_string, pictures=False
         )
-    return RUN.folder
+    return done.folder
 
 
 def _report(operator: bpy.types.Operator, error: Exception) -> None:

@@ -23,7 +23,8 @@ from ...scene_read.values import SceneValues
 from ...write_back.cameras import add_camera
 from ..request import run_request
 from ..rows import fields as field_rows
-from ..state import CANCELLED, NEXT, RUN
+from ..running.run import CANCELLED
+from ..state import NEXT, RUN
 from ..texts import announce
 from ..ticking import WorksInThread
 
@@ -89,9 +90,8 @@ def _known(scene: bpy.types.Scene, values: SceneValues) -> dict[tuple[str, str],
 
 def _taken(scene: bpy.types.Scene) -> dict[str, Capture]:
     """Photos of the last fit with the gains and alignments that it has found, by id."""
-    if RUN.plan is None or RUN.result is None or RUN.scene_name != scene.name:
-        return {}
-    return {item.id: as_found(item, RUN.result.fit) for item in RUN.plan.captures}
+    done = RUN.outcome_of(scene.name)
+    return {item.id: as_found(item, done.result.fit) for item in done.plan.captures} if done else {}
 
 
 def _at(request: RunRequest, known: dict[tuple[str, str], Values]) -> RunRequest:

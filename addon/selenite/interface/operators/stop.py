@@ -12,7 +12,7 @@ from ...fit.job import FitFailed, FitJob
 from ...scene_read.reading.render_depsgraph import Reading
 from ..output_folder import output_folder
 from ..running.work import Saving
-from ..state import CANCELLED, CHECK, JOBS, READING, RUN, SAVE, TRADE, is_idle
+from ..state import BATCH, CHECK, JOBS, MODELS, READING, RUN, SAVE, TRADE, is_idle
 from ..texts import announce
 from ..ticking import WorksInThread, redraw
 
@@ -54,13 +54,16 @@ class SELENITE_OT_stop(bpy.types.Operator):
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        """A fit or a measurement is running."""
-        return RUN.job is not None or TRADE.job is not None
+        """A fit, a command of fits or a measurement is running."""
+        running = any(item.job is not None for item in (TRADE, MODELS, BATCH))
+        return running or RUN.fitting is not None
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
         """It ends at its next tick."""
         TRADE.cancel()
-        if RUN.job is not None:
+        for command in (MODELS, BATCH):
+            command.ask_to_stop()
+        if RUN.fitting is not None:
             RUN.ask_to_stop(keep=True)
         return {"FINISHED"}
 
@@ -81,10 +84,9 @@ class SELENITE_OT_cancel(bpy.types.Operator):
         tick."""
         for item in (READING, CHECK, *JOBS):
             item.cancel()
-        if RUN.preparing is not None:
-            RUN.message = CANCELLED
         RUN.ask_to_stop(keep=False)
-        if RUN.job is not None and _ends_within(RUN.job, _PATIENCE):
+        fitting = RUN.fitting
+        if fitting is not None and _ends_within(fitting.job, _PATIENCE):
             RUN.forget()
         redraw(context)
         return {"FINISHED"}
@@ -116,19 +118,21 @@ class SELENITE_OT_save_result(WorksInThread):
     def poll(cls, _context: bpy.types.Context) -> bool:
         """A fit has ended in this session, and nothing runs."""
         cls.poll_message_set("Run a fit first, and wait for its end")
-        return RUN.result is not None and is_idle()
+        return RUN.done is not None and is_idle()
 
     def _asking(self, context: bpy.types.Context) -> Reading[Saving]:
         folder = output_folder(context.scene)
         yield from ()  # nothing is read
-        return Saving(RUN.plan, RUN.result, folder, bpy.app.version_string)
+        outcome = RUN.done
+        assert outcome is not None  # by `poll`
+        return Saving(outcome, folder, bpy.app.version_string)
 
     def _end(self, work: Saving | None) -> set[str]:
         if work is not None and work.trouble:
             announce(self, {"ERROR"}, work.trouble)
         if work is None or work.folder is None:
             return {"CANCELLED"}
-        RUN.folder = work.folder
+        work.outcome.folder = work.folder
         SAVE.lines = [f"Wrote {work.folder}"]
         announce(self, {"INFO"}, f"Wrote {work.folder}")
         return {"FINISHED"}

@@ -17,7 +17,8 @@ from ..output_folder import output_folder
 from ..progress.background import draw_work
 from ..request import run_request
 from ..running.measuring import Measuring
-from ..state import CANCELLED, ESTIMATE, EXPECTED, TRADE
+from ..running.run import CANCELLED
+from ..state import ESTIMATE, EXPECTED, TRADE
 from ..texts import announce, paragraph
 from ..ticking import WorksInThread
 

@@ -39,7 +39,7 @@ class SELENITE_PT_pictures(bpy.types.Panel):
         column.prop(chosen, "content")
         if chosen.content == "CYCLES" and CHECK.sheet is None:
             column.label(text="No check yet", icon="INFO")
-        if chosen.content == "SHEET" and RUN.job is not None:
+        if chosen.content == "SHEET" and RUN.fitting is not None:
             column.label(text="After the fit", icon="INFO")
         if chosen.content != "COMPARISON":
             return
@@ -48,7 +48,7 @@ class SELENITE_PT_pictures(bpy.types.Panel):
             column.prop(chosen, "wipe")
         elif chosen.mode == DIFFERENCE:
             column.prop(chosen, "scale")
-        if RUN.job is None and RUN.result is not None and chosen.mode != PHOTO:
+        if RUN.done is not None and chosen.mode != PHOTO:
             column.prop(chosen, "moment")
             if chosen.moment == "ITERATION":
                 column.prop(chosen, "timeline")

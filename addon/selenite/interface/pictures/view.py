@@ -29,6 +29,8 @@ from ...report.pictures.comparison import (
 )
 from ...report.pictures.moments import RESULT, START, Moment, Moments
 from ..chosen import chosen
+from ..running.outcome import Outcome
+from ..running.run import FittingPhase
 from ..state import CHECK, RUN
 from ..texts import translated
 from ..ticking import redraw
@@ -39,7 +41,6 @@ from .thumbnails import THUMBNAILS
 
 if TYPE_CHECKING:
     from ..._core import Progress
-    from ...report.finished_fit import FinishedFit
 
 #: Seconds between two calls of the timer, between two pictures, between two pages of plots.
 TICK, PICTURE_EVERY, PLOTS_EVERY = 0.2, 0.5, 1.0
@@ -66,7 +67,7 @@ class LiveView:
         self._due: dict[str, float] = {}
         self._drawn: dict[str, float] = {}  # in the last tick: when that ended
         self._unfitted: dict[int, int] = {}  # editors to zoom: address -> ticks
-        self._forgotten: FinishedFit | None = None
+        self._forgotten: Outcome | None = None
 
     # -- called by operators, properties and handlers
 
@@ -106,7 +107,7 @@ class LiveView:
         """Another file is loaded, or the add-on goes: nothing of the run is shown any more."""
         self._forget()
         self.areas.clear()
-        self._forgotten = RUN.result
+        self._forgotten = RUN.done
         if bpy.app.timers.is_registered(_tick):
             bpy.app.timers.unregister(_tick)
 
@@ -119,16 +120,17 @@ class LiveView:
         shown = images.shown_names()
         if not shown and not self._lacks_thumbnails():
             self.renderer.stop()
-            return RUN.job is not None
+            return RUN.fitting is not None
         finished = self.renderer.poll()
         if finished:
             self._due.clear()
-        if RUN.job is not None:
-            self._while_running(shown)
-        elif RUN.result is not None and RUN.result is not self._forgotten and RUN.plan is not None:
-            if self._moments is None or self._moments.result is not RUN.result:
+        fitting, done = RUN.fitting, RUN.done
+        if fitting is not None:
+            self._while_running(shown, fitting)
+        elif done is not None and done is not self._forgotten:
+            if self._moments is None or self._moments.result is not done.result:
                 self._forget()
-                self._moments = Moments(RUN.plan, RUN.result)
+                self._moments = Moments(done.plan, done.result)
             self._after_fit(shown, self._moments)
         if images.CYCLES in shown:
             self._show_cycles()
@@ -137,11 +139,12 @@ class LiveView:
 
     def capture_index(self) -> int:
         """Of the panel's active row among the photos of the fit; the first where that is none."""
-        scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
-        if scene is None or RUN.plan is None:
+        fit = RUN.fitting or RUN.last
+        scene: bpy.types.Scene | None = bpy.data.scenes.get(fit.scene_name) if fit else None
+        if scene is None or fit is None:
             return 0
         name = chosen(ids_of(scene), scene.selenite.active_capture)
-        ids = [item.id for item in RUN.plan.captures]
+        ids = [item.id for item in fit.plan.captures]
         return ids.index(name) if name in ids else 0
 
     def row(self, moments: Moments) -> int:
@@ -164,10 +167,8 @@ class LiveView:
         text = translated("Iteration {} of {}")
         return text.format(iterations[row], iterations[-1]) if len(iterations) else ""
 
-    def _while_running(self, shown: set[str]) -> None:
-        job, plan, progress = RUN.job, RUN.plan, RUN.progress
-        if job is None or plan is None:
-            return
+    def _while_running(self, shown: set[str], fitting: FittingPhase) -> None:
+        job, plan, progress = fitting.job, fitting.plan, fitting.progress
         if images.COMPARISON in shown and self._is_due(images.COMPARISON):
             begin = time.perf_counter()
             index = self.capture_index()
@@ -212,10 +213,10 @@ class LiveView:
 
     def _lacks_thumbnails(self) -> bool:
         """Whether the result in the panel is that of this session and has not been drawn small."""
-        there = RUN.job is None and RUN.result is not None and RUN.plan is not None
-        if not there or RUN.result is self._forgotten or self.renderer.trouble:
+        done = RUN.done
+        if done is None or done is self._forgotten or self.renderer.trouble:
             return False
-        return THUMBNAILS.key != (id(RUN.result), self.capture_index())
+        return THUMBNAILS.key != (id(done.result), self.capture_index())
 
     def _show_thumbnails(self, moments: Moments) -> None:
         """Once nothing else is rendered."""
@@ -226,7 +227,7 @@ class LiveView:
                 self.renderer.want(moments, Moment(index, RESULT))
             return
         capture = moments.plan.captures[index]
-        key = (id(RUN.result), index)
+        key = (id(moments.result), index)
         THUMBNAILS.show(key, capture.reference, capture.weight, picture)
         redraw(bpy.context)
 

@@ -11,7 +11,9 @@ from ...fit.diagnosis.darkness import DARK
 from ...messages import named
 from ...scene_read.geometry.bodies import OPEN_BODY
 from .. import state
+from ..operators import models
 from ..problem_reports import thing_of
+from ..running.run import ENDING, Phase
 from ..texts import field, paragraph, shown, translated
 from .background import draw_bar, draw_stop, draw_work
 
@@ -45,13 +47,17 @@ class SELENITE_PT_head(bpy.types.Panel):
             return
         if draw_work(layout, state.SAMPLE):
             return
+        for command in (state.MODELS, state.BATCH):
+            if command.job is not None:
+                _draw_command(layout, context, command)
+                return
         if state.READING.job is not None:
-            text = state.ENDING if state.READING.is_cancelled else "Reading the scene"
+            text = ENDING if state.READING.is_cancelled else "Reading the scene"
             draw_bar(layout, 0.0, translated(text))
             layout.operator("selenite.cancel", icon="X")
             return
-        if state.RUN.is_active or state.STAGES.job is not None:
-            _draw_run(layout, context)
+        if state.RUN.phase is not None:
+            _draw_run(layout, context, state.RUN.phase)
             return
         if state.CHECK.job is not None:
             progress = state.CHECK.progress
@@ -60,7 +66,7 @@ class SELENITE_PT_head(bpy.types.Panel):
             layout.operator("selenite.cancel", text="Cancel Check", icon="X")
             return
         _draw_problems(layout, context)
-        for line in _news():
+        for line in (*_news(), *models.news(context.scene.selenite)):
             paragraph(layout, context, line, "INFO")
         _draw_next(layout, context)
         if state.PAIRING.job is not None:  # below: it must not move a button that is being pressed
@@ -72,6 +78,8 @@ def next_step(scene: bpy.types.Scene) -> tuple[str, str]:
     settings = scene.selenite
     if not any(row.enabled and row.photo and row.camera for row in settings.captures):
         return "selenite.load_photos", "FILE_FOLDER"
+    if found := models.next_step(settings):
+        return found
     if not len(settings.rows):
         return "selenite.refresh_rows", "FILE_REFRESH"
     if not any(row.enabled for row in settings.rows):
@@ -89,7 +97,11 @@ def next_step(scene: bpy.types.Scene) -> tuple[str, str]:
 
 def _news() -> list[str]:
     """How the last fit, or the check after it, and the sample scene went."""
-    found = [state.CHECK.message or translated(state.RUN.message), *state.SAMPLE.lines]
+    found = [
+        state.CHECK.message or translated(state.RUN.message),
+        *state.SAMPLE.lines,
+        *state.MODELS.lines,
+    ]
     return [text for text in found if text]
 
 
@@ -97,8 +109,9 @@ def _draw_next(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """The next step, with what belongs to it."""
     settings = context.scene.selenite
     name, icon = next_step(context.scene)
-    if name == "selenite.start":
+    if name in ("selenite.start", "selenite.fit_models"):
         field(layout, settings, "preset")
+        field(layout, settings, "body")
     row = layout.row(align=True)
     row.operator(name, icon=icon)
     row.operator("selenite.open_manual", text="", icon="HELP")
@@ -106,27 +119,28 @@ def _draw_next(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         layout.operator("selenite.open_sample", icon="FILE_3D")
 
 
-def _draw_run(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+def _draw_run(layout: bpy.types.UILayout, context: bpy.types.Context, phase: Phase) -> None:
     """Bar, Stop, Cancel, and what Esc does."""
-    run = state.RUN
-    if state.STAGES.job is not None:
-        step = state.STAGES.step
-        draw_bar(layout, step.fraction if step else 0.0, translated("Choosing stages"))
-        layout.operator("selenite.cancel", icon="X")
-        return
-    text = run.shown.text
-    if run.job is None:
-        text = translated("Reading the scene" if run.reading else "Reading the photos")
-        if run.reading is not None and run.reading.is_stopped:
-            text = translated(state.ENDING)
-    draw_bar(layout, run.shown.fraction, text, _LINES)
+    draw_bar(layout, phase.fraction, phase.title, _LINES)
+    keeps = state.RUN.fitting is not None
     column = layout.column(align=True)
-    if run.job is not None:
+    if keeps:
         draw_stop(column)
     column.operator("selenite.cancel", text="Cancel (Restore)", icon="X")
-    keeps = run.job is not None
     text = "Esc stops and keeps" if keeps else "Esc cancels"
     paragraph(layout, context, translated(text))
+
+
+def _draw_command(
+    layout: bpy.types.UILayout, context: bpy.types.Context, command: state.Command
+) -> None:
+    """Bar, Stop, Cancel, and what Esc does."""
+    step = command.step
+    draw_bar(layout, step.fraction if step else 0.0, step.text if step else "Starting", _LINES)
+    column = layout.column(align=True)
+    draw_stop(column)
+    column.operator("selenite.cancel", text="Cancel (Restore)", icon="X")
+    paragraph(layout, context, translated("Esc stops and keeps"))
 
 
 def _draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:

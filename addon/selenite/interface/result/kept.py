@@ -11,18 +11,19 @@ from ...messages import packed
 from ...report import table
 from ...report.findings import Finding, findings, in_short
 from ..rows import fields as field_rows
-from ..state import RUN
+from ..running.outcome import Outcome
 
 
-def keep_result(scene: bpy.types.Scene) -> None:
+def keep_result(scene: bpy.types.Scene, outcome: Outcome) -> None:
     """Constants: value, start, what stood in the scene, and how sure the value is."""
     settings = scene.selenite
     settings.results.clear()
     settings.applied = False
-    values = fitted_values(RUN.plan, RUN.result.fit)
-    found = {(item.owner, item.parameter): item for item in findings(RUN.plan, RUN.result.fit)}
-    for unknown in RUN.plan.unknowns:
-        owner, name = RUN.owners[unknown.owner], unknown.parameter.name
+    plan, result = outcome.plan, outcome.result
+    values = fitted_values(plan, result.fit)
+    found = {(item.owner, item.parameter): item for item in findings(plan, result.fit)}
+    for unknown in plan.unknowns:
+        owner, name = outcome.owners[unknown.owner], unknown.parameter.name
         row = settings.results.add()
         row.owner, row.kind, row.parameter = owner.name, owner.kind, name
         row.datablock, row.library = owner.datablock, owner.library
@@ -32,25 +33,25 @@ def keep_result(scene: bpy.types.Scene) -> None:
         row.start, row.value = three(unknown.start), three(value)
         row.original = three(owner.values[name])
         _keep_finding(row, found[owner.name, name])
-    words = in_short(RUN.plan, RUN.result.fit)
+    words = in_short(plan, result.fit)
     settings.verdict, settings.verdict_icon = packed([words.sentence]), words.icon
     settings.is_wrong = words.is_wrong
-    settings.table = "\n".join("\t".join(line.cells) for line in table.lines(RUN.plan, RUN.result))
-    rest = trust.sentences(RUN.plan, RUN.result.fit, intervals=False)
-    settings.report = packed([*rest, *RUN.result.notes])
+    settings.table = "\n".join("\t".join(line.cells) for line in table.lines(plan, result))
+    rest = trust.sentences(plan, result.fit, intervals=False)
+    settings.report = packed([*rest, *result.notes])
 
 
-def keep_fields(scene: bpy.types.Scene) -> None:
+def keep_fields(scene: bpy.types.Scene, outcome: Outcome) -> None:
     """Results of grids and images name the files of the result folder."""
-    if not RUN.plan.fields or RUN.folder is None:
+    if outcome.folder is None:
         return
-    for field in RUN.plan.fields:
+    for field in outcome.plan.fields:
         row = scene.selenite.results.add()
         row.owner, row.kind = field.owner, field.kind.of
-        owner = RUN.owners.get(field.owner) if row.kind != "object" else None
+        owner = outcome.owners.get(field.owner) if row.kind != "object" else None
         if owner is not None:
             row.datablock, row.library = owner.datablock, owner.library
-        field_rows.keep(row, field, RUN.result, RUN.folder)
+        field_rows.keep(row, field, outcome.result, outcome.folder)
 
 
 def three(values: tuple[float, ...]) -> tuple[float, float, float]:

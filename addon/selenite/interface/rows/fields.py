@@ -25,7 +25,7 @@ from ...fit.fields import FieldUnknown, GridUnknown
 from ...fit.fields.grids import DENSITY_RANGE, USUAL_SIZE
 from ...fit.fields.images import USUAL_TEXELS, image_unknown
 from ...fit.fields.seen import seen
-from ...fit.fields.vertex_colors import vertex_colors_unknown
+from ...fit.fields.vertex_colors import NEW, vertex_colors_unknown
 from ...fit.fields.vertex_positions import (
     USUAL_MARGIN,
     USUAL_RATE,
@@ -89,15 +89,15 @@ def is_grid(row: bpy.types.PropertyGroup) -> bool:
 def offered(values: SceneValues, owner: Owner) -> list[str]:
     """The fields that are listed for an owner: grids where it has a medium; the image of a base
     colour that is one or a constant, and of any other parameter that is one; colours where its
-    materials show those of its mesh, and the vertices of the active one; one around the scene for
-    the world."""
+    materials show those of its mesh, colours and vertices of the active one; one around the scene
+    for the world."""
     if owner.kind == "world":
         return [environment_rows.NAME]
     if owner.kind == "object":
-        colors = [VERTEX_COLORS] if _shows_colors(values, owner.name) else []
         active = bpy.context.view_layer.objects.active if bpy.context.view_layer else None
-        is_active = active is not None and active.name == owner.name
-        return [*colors, VERTEX_POSITIONS] if is_active else colors
+        if active is not None and active.name == owner.name:
+            return [VERTEX_COLORS, VERTEX_POSITIONS]
+        return [VERTEX_COLORS] if _shows_colors(values, owner.name) else []
     material = _material(values, owner)
     if material is None:
         return []
@@ -123,11 +123,16 @@ def _shows_colors(values: SceneValues, name: str) -> bool:
     """Whether a material of an object shows a colour attribute."""
     used = {one for item in values.objects if item.name == name for one in item.materials}
     return any(
-        found.texture is None
+        any(found.texture is None for found in item.maps.values())
+        or (item.shader is not None and item.shader.attributes("color"))
         for item in values.materials
         if item.name in used
-        for found in item.maps.values()
     )
+
+
+def _colors_from(values: SceneValues, name: str) -> str:
+    """Where the colours of a mesh start: at its own, or a new attribute."""
+    return "" if _shows_colors(values, name) else NEW
 
 
 def own_values(values: SceneValues, owner: Owner, parameter: str) -> np.ndarray | None:
@@ -198,8 +203,10 @@ def requested(
     if environment_rows.is_environment(row):
         return environment_rows.requested(row, values, title)
     unseen = row.unseen if is_surface(row) and row.unseen != "auto" else ""
-    if is_mesh(row) or is_shape(row):
+    if is_shape(row):
         return {"unseen": unseen}
+    if is_mesh(row):
+        return {"unseen": unseen, "grid": _colors_from(values, owner.name)}
     words = ("image", "picture") if is_image(row) else ("grid", ".npy or .vol file")
     has_own = own_values(values, owner, row.parameter) is not None
     start = chosen_file(row, words, title, has_own=has_own)
@@ -313,6 +320,8 @@ def _why_not(values: SceneValues, owner: Owner, parameter: str) -> str:
         if field_kind(parameter).is_shape:
             vertices_unknown(values, request, FitSettings(), "")
         elif field_kind(parameter).is_mesh:
+            start = _colors_from(values, owner.name)
+            request = UnknownRequest(owner.name, parameter, grid=start)
             vertex_colors_unknown(values, request, FitSettings(), "")
         elif not field_kind(parameter).is_graph_image:
             request = UnknownRequest(owner.name, parameter, grid="1")

@@ -20,6 +20,7 @@ from ...report.light_pairing import with_warnings
 from ...report.results import finished, write_results
 from ...scene_read.geometry.bodies import judge_bodies
 from ...scene_read.values import SceneValues
+from .outcome import Outcome
 from .recorder import BackgroundRecorder
 
 
@@ -29,8 +30,8 @@ class _Cancelled(Exception):
 
 class Preparing:
     """Surveys bodies (of values read without), reads the photos, builds the native scene and
-    validates the fit. Afterwards `plan`, `inputs` and, unless the stages are chosen first, `job`
-    are there. `steps` raises BadInput."""
+    validates the fit. Afterwards `plan`, `inputs`, `job` and `overall` are there. `steps` raises
+    BadInput."""
 
     def __init__(
         self,
@@ -38,12 +39,11 @@ class Preparing:
         run: Unfinished,
         packed: Mapping[str, bytes],
         file: str,
-        *,
-        makes_job: bool = True,
+        resumed: Path | None = None,
     ) -> None:
-        """file: of the scene, for messages. makes_job: False where the stages are not known yet."""
-        self.values, self._run, self._packed, self._file = values, run, packed, file
-        self._makes_job = makes_job
+        """file: of the scene, for messages. resumed: folder of the unfinished run that goes on."""
+        self.values, self.resumed = values, resumed
+        self._run, self._packed, self._file = run, packed, file
         self._stop = threading.Event()
         self.plan: FitPlan | None = None
         self.inputs: Inputs | None = None
@@ -68,9 +68,8 @@ class Preparing:
                 raise BadInput(changed)
         self.inputs = before or now
         yield Step(0.8, "preparing the fit")
-        if self._makes_job:
-            self.job = FitJob(self.plan, self._run.state)
-            self.overall = Overall(self.plan)
+        self.job = FitJob(self.plan, self._run.state)
+        self.overall = Overall(self.plan)
 
     def cancel(self) -> None:
         """The photo that is read, or the scene that is built, is the last."""
@@ -169,16 +168,16 @@ class Finishing(_Writing):
 class Saving(_Writing):
     """Writes a result folder with its pictures."""
 
-    def __init__(self, plan: FitPlan, result: FinishedFit, parent: Path, host: str) -> None:
-        super().__init__(plan, parent, host, "writing the result")
-        self._result = result
+    def __init__(self, outcome: Outcome, parent: Path, host: str) -> None:
+        super().__init__(outcome.plan, parent, host, "writing the result")
+        self.outcome = outcome
 
     def steps(self) -> Iterator[Step]:
         """One: it notes its progress itself."""
         yield self.step
         try:
             self.folder = write_results(
-                self._plan, self._result, self._parent, self._host, self._note
+                self._plan, self.outcome.result, self._parent, self._host, self._note
             )
         except _Cancelled:
             return

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
+from ...atomic_files import take_place
 from ...problems import Problem
 from ..blend_file import open_blend
 from ..camera import named_cameras
@@ -63,7 +64,7 @@ def run(_folder: Path, request: BakeRequest, note: Note) -> dict[str, object]:
         report = _material(scene, one, meshes, partial, step)
         (partial / "report.json").write_text(json.dumps(report), encoding="utf-8")
         shutil.rmtree(target, ignore_errors=True)
-        partial.rename(target)
+        take_place(partial, target)
     return {}
 
 

@@ -172,7 +172,7 @@ def warned_by_reader(names: str, covers: str = "") -> Row:
 
 
 def remarked(name: str, usual: Value = None, covers: str = "", *, worse: str = "") -> Row:
-    """`cycles_check.render_settings` tells what the setting costs, and can set it for a fit.
+    """`cycles_check.render_settings` says what the setting costs, and can set it for a fit.
 
     usual: the factory setting. A scene that goes beyond it is warned of as well, since only its own
     pictures can be so: `worse` is "<", ">" or "!=".

@@ -99,7 +99,7 @@ class Job(Protocol):
         """Between the threads."""
 
     def start(self, *, waits: bool, note: Callable[[str], None] | None = None) -> None:
-        """waits: returns at the end, and tells `note` how far it is."""
+        """waits: returns at the end, and reports to `note` how far it is."""
 
     def is_running(self) -> bool:
         """After a start that has returned at once."""

@@ -144,7 +144,7 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
 def needs_graph(material: bpy.types.Material, node: bpy.types.Node, groups: Groups) -> bool:
     """Whether a Principled BSDF alone does not say what the surface is like."""
     for name in _ONLY_IN_GRAPHS if not hosts.is_version_3() else ():
-        if name not in node.inputs or name in hosts.unlike_inputs():
+        if name not in node.inputs:
             continue
         value = nodes.constant(nodes.source_of(node.inputs[name], groups))
         if value is None or value[0] > 0:
@@ -256,7 +256,7 @@ def _source(
     socket = parameter.find(node)
     if socket is None:
         return None, Reason("this Blender's Principled BSDF has no such input")
-    if hosts.flavour() not in parameter.versions:
+    if hosts.node_version() not in parameter.versions:
         return None, Reason("it is not modelled for this Blender's Principled BSDF")
     source = nodes.source_of(socket, groups)
     width = 3 if socket.type in {"RGBA", "VECTOR"} else 1
@@ -282,7 +282,7 @@ def _read_parameter(
     if reason:
         read.owner.fixed[parameter.name] = reason
     if source is None:
-        socket = parameter.find(node) if hosts.flavour() in parameter.versions else None
+        socket = parameter.find(node) if hosts.node_version() in parameter.versions else None
         if socket is not None:  # linked
             read.warnings.append(remark(title, f"input '{socket.name}' is left out: {reason}"))
             read.owner.values[parameter.name] = (0.0,) * parameter.width

@@ -155,7 +155,7 @@ def find_rotation(world: bpy.types.World) -> tuple[RotationPlace | None, Reason]
     inlet = texture.inputs["Vector"]
     before = nodes.source_of(inlet, source.groups)
     mapping = before.node
-    # Of these types the rotation about Z comes last.
+    # The rotation of these types about Z comes last.
     if isinstance(mapping, bpy.types.ShaderNodeMapping) and mapping.vector_type in _FORWARD:
         rotation = nodes.source_of(mapping.inputs["Rotation"], before.groups)
         plain = rotation.node is None and rotation.socket == mapping.inputs["Rotation"]

@@ -38,9 +38,7 @@ _KINDS = {
 }
 #: More closures at one point are refused; see native/model/closures/closure.h.
 MOST_CLOSURES = 16
-#: Inputs that act only if they are not 0, and that only a Principled BSDF has modelled.
-_WITHOUT = ("Thin Film Thickness",)
-#: The parameters of a film of a Principled BSDF; nothing varies where it is not there.
+#: The parameters of a film; nothing varies where it is not there.
 _FILM = ("thin_film_thickness", "thin_film_ior")
 #: Distributions of micronormals that are rendered; SHARP is Blender 3's.
 _DISTRIBUTIONS = {"GGX", "MULTI_GGX", "BECKMANN", "ASHIKHMIN_SHIRLEY", "SHARP"}
@@ -218,7 +216,7 @@ def _closure(tree: Tree, item: _Found) -> Closure | None:
     if kind == "metallic" and node.fresnel_type == "PHYSICAL_CONDUCTOR":
         kind = "conductor"
     rows = closure_rows()[kind]
-    version = hosts.flavour()
+    version = hosts.node_version()
     registers = {
         row.name: tree.parameter(node, row, groups)
         if version in row.versions
@@ -230,10 +228,7 @@ def _closure(tree: Tree, item: _Found) -> Closure | None:
         registers["roughness"] = tree.shader.literal(0)
     if distribution not in _DISTRIBUTIONS or distribution == "SHARP":  # sheen has others
         distribution = "GGX"
-    thickness = "Thin Film Thickness"
-    if kind == "principled" and (
-        thickness in hosts.unlike_inputs() or tree.number_of(node, thickness, groups) == 0
-    ):
+    if _FILM[0] in registers and tree.number_of(node, "Thin Film Thickness", groups) == 0:
         registers |= dict.fromkeys(_FILM, tree.shader.literal(0))
     tangent = None
     stretch = _STRETCHES.get(kind, "")
@@ -308,12 +303,6 @@ def _judge(tree: Tree, node: Node, groups: Groups) -> None:
         tree.refuse(node, f"{{}} has the distribution {distribution}", "set it to GGX")
     if node.bl_idname == "ShaderNodeSubsurfaceScattering" and node.falloff == "BURLEY":
         tree.refuse(node, "{} has the method Christensen-Burley", "set it to Random Walk")
-    if node.bl_idname != "ShaderNodeBsdfPrincipled":  # of that, the table of properties warns
-        for name in _WITHOUT:
-            if tree.number_of(node, name, groups) not in {0.0}:
-                tree.refuse(
-                    node, f"{{}} has the input '{name}', which is not modelled", "set it to 0"
-                )
     coat = "Coat Normal" if "Coat Normal" in node.inputs else "Clearcoat Normal"
     if tree.is_linked(node, coat, groups):
         tree.refuse(node, f"{{}} has its '{coat}' linked, which is not modelled", "unlink it")

@@ -25,7 +25,7 @@ _METRICS = ("EUCLIDEAN", "MANHATTAN", "CHEBYCHEV", "MINKOWSKI")
 _VORONOI_OUTPUTS = ("Distance", "Color", "Position", "W")
 _DIRECTIONS = ("X", "Y", "Z", "DIAGONAL", "SPHERICAL")
 _PROFILES = ("SIN", "SAW", "TRI")
-#: Later and earlier versions compute these textures in another way.
+#: Earlier versions compute these textures in another way.
 _OLDER = "{} is computed in another way by this Blender, which is not modelled"
 
 
@@ -86,7 +86,7 @@ def _voronoi(tree: Tree, node: Node, output: Socket, groups: Groups) -> Register
         "voronoi",
         place,
         *numbers,
-        mode=mode | _METRICS.index(node.distance) << 5,
+        mode=mode | _METRICS.index(node.distance) << 5 | hosts.has_cells_of_5() << 7,
         flags=("per_channel",) * node.normalize,
         item=item,
     )

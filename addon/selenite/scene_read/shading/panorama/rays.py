@@ -94,8 +94,8 @@ def reached(start: Source, rays: Rays | None = None) -> Iterator[Source]:
 
 
 def used_outputs(output: Output, title: str) -> frozenset[str]:
-    """The outputs of Light Path that tell rays apart. Raises Unreadable where one tells more than
-    the kinds of rays apart."""
+    """The outputs of Light Path that distinguish rays. Raises Unreadable where one needs more than
+    the kinds of rays."""
     found = set()
     for source in reached(output.source("Surface")):
         if source.node.bl_idname != _LIGHT_PATH:
@@ -103,7 +103,7 @@ def used_outputs(output: Output, title: str) -> frozenset[str]:
         name = source.socket.identifier
         if name not in _KNOWN:
             cause = f"it depends on {nodes.describe(source.node)}, output '{source.socket.name}'"
-            raise Unreadable(title, cause, "use an output that tells kinds of rays apart")
+            raise Unreadable(title, cause, "use an output that distinguishes kinds of rays")
         found.add(name)
     return frozenset(found - {"Is Shadow Ray"})
 

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""--scheduler and what belongs to it; importing neither Blender nor dask."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from .terminal import say
+
+if TYPE_CHECKING:
+    from ..fit.cluster.workers import ClusterWorkers
+    from ..fit.plan import FitPlan
+
+
+def add_scheduler(add: Callable[..., object]) -> None:
+    """Of a fit and of a batch."""
+    scheduler = "dask scheduler whose workers render: tcp://HOST:PORT, tls://HOST:PORT, or local:N "
+    scheduler += "for N processes of this machine"
+    add("--scheduler", metavar="ADDRESS", help=scheduler)
+    unencrypted = "permits tcp:// to another machine"
+    add("--unencrypted", action="store_true", help=unencrypted)
+
+
+@contextmanager
+def workers_for(args: argparse.Namespace, plan: FitPlan) -> Iterator[ClusterWorkers | None]:
+    """Those that --scheduler names; None without it. Raises BadInput."""
+    if not args.scheduler:
+        yield None
+        return
+    from ..fit.cluster.address import address_of
+    from ..fit.cluster.parcel import parcel_of
+    from ..fit.cluster.scheduler import connected
+    from ..fit.cluster.workers import ClusterWorkers
+
+    with connected(address_of(args.scheduler, unencrypted=args.unencrypted)) as client:
+        workers = ClusterWorkers(
+            client, parcel_of(plan), threads=plan.request.settings.threads, say=say
+        )
+        say(f"cluster: {workers.busy_with} photos are rendered at once")
+        yield workers

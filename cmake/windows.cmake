@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+#
+# Toolchain: Windows x86-64 (MinGW's headers, the universal C runtime, libc++) by the clang of ziglang. SELENITE_TOOLS is
+# the folder of its programs that devtools/cross.py makes.
+
+set(CMAKE_SYSTEM_NAME Windows)
+set(CMAKE_SYSTEM_PROCESSOR AMD64)
+list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES SELENITE_TOOLS)
+set(tool "${SELENITE_TOOLS}/x86_64-windows-gnu")
+set(CMAKE_C_COMPILER "${tool}-clang")
+set(CMAKE_CXX_COMPILER "${tool}-clang++")
+set(CMAKE_AR "${tool}-ar" CACHE FILEPATH "")
+set(CMAKE_RANLIB "${tool}-ranlib" CACHE FILEPATH "")
+set(CMAKE_RC_COMPILER "${tool}-rc")
+
+# Libraries and headers come from the prefix of this target alone, programs from this system.
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/shape/shape_descent.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "fit/evaluate/seeds.h"
+#include "fit/objective/photo_weights.h"
+#include "math/scalar.h"
+
+namespace selenite {
+namespace {
+
+const Mesh& mesh_of(const Scene& scene, int instance) {
+  const Geometry& geometry = *scene.geometry;
+  const Instance& placed = geometry.instances()[static_cast<std::size_t>(instance)];
+  return geometry.meshes()[static_cast<std::size_t>(placed.mesh)];
+}
+
+std::vector<Vec3f> as_positions(const VertexMatrix& m) {
+  std::vector<Vec3f> positions;
+  positions.reserve(static_cast<std::size_t>(m.rows()));
+  for (Eigen::Index i = 0; i < m.rows(); ++i)
+    positions.emplace_back(Vec3d{m(i, 0), m(i, 1), m(i, 2)});
+  return positions;
+}
+
+VertexMatrix as_matrix(const std::vector<Vec3f>& positions) {
+  VertexMatrix m(std::ssize(positions), 3);
+  for (Eigen::Index i = 0; i < m.rows(); ++i) {
+    const Vec3f& p = positions[static_cast<std::size_t>(i)];
+    m.row(i) << p.x, p.y, p.z;
+  }
+  return m;
+}
+
+void add(const std::vector<Vec3d>& vertices, double share, VertexMatrix& gradient) {
+  for (Eigen::Index v = 0; v < gradient.rows(); ++v) {
+    const Vec3d& g = vertices[static_cast<std::size_t>(v)];
+    gradient.row(v) += Eigen::RowVector3d(g.x, g.y, g.z) * share;
+  }
+}
+
+/// Over the pixels that count.
+double mean_square(const Picture& picture, const Photo& photo) {
+  double sum = 0;
+  for (std::size_t p = 0; p < picture.size(); ++p)
+    for (int c = 0; c < 3; ++c)
+      if (photo.weight[p] > 0) sum += photo.share(p) * square(static_cast<double>(picture[p][c]));
+  return sum;
+}
+
+}  // namespace
+
+ShapeDescent::ShapeDescent(const FitRun& run, ShapeDescentOptions options)
+    : problem_(&run.problem),
+      options_(options),
+      start_(problem_->scene_at(run.point)),
+      vertices_{problem_->fields().vertices()->instance,
+                VertexNormals(mesh_of(start_, problem_->fields().vertices()->instance))},
+      smoothing_(static_cast<int>(mesh_of(start_, vertices_.instance).positions.size()),
+                 mesh_of(start_, vertices_.instance).triangles,
+                 options_.smoothness *
+                     static_cast<double>(mesh_of(start_, vertices_.instance).positions.size())),
+      guard_(mesh_of(start_, vertices_.instance).triangles, vertices_.normals,
+             as_matrix(mesh_of(start_, vertices_.instance).positions)),
+      positions_(as_matrix(mesh_of(start_, vertices_.instance).positions)),
+      coordinates_(smoothing_.apply(positions_)),
+      mean_(VertexMatrix::Zero(positions_.rows(), 3)),
+      squares_(mean_) {
+  const UnknownParameter& unknown = problem_->fields().wanted().front();
+  const Eigen::RowVector3d low = positions_.colwise().minCoeff();
+  const Eigen::RowVector3d high = positions_.colwise().maxCoeff();
+  size_ = (high - low).norm();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double across = high[axis] - low[axis];
+    low_[static_cast<std::size_t>(axis)] = low[axis] + unknown.minimum * across;
+    high_[static_cast<std::size_t>(axis)] = high[axis] + unknown.maximum * across;
+  }
+}
+
+Scene ShapeDescent::scene() const {
+  return with_vertices(start_, vertices_.instance, vertices_.normals, as_positions(positions_));
+}
+
+Vector ShapeDescent::own_positions() const {
+  const Transform& to_object = start_.geometry->to_object(vertices_.instance);
+  Vector own(3 * positions_.rows());
+  for (Eigen::Index i = 0; i < positions_.rows(); ++i) {
+    const Vec3d p = to_object.point(Vec3d{positions_(i, 0), positions_(i, 1), positions_(i, 2)});
+    own.segment<3>(3 * i) << p.x, p.y, p.z;
+  }
+  return own;
+}
+
+HistoryRow ShapeDescent::observe(FitRun& run, VertexMatrix& gradient) {
+  const FitSettings& settings = problem_->settings();
+  const std::vector<Photo>& photos = problem_->photos();
+  const double share = 1.0 / static_cast<double>(photos.size());
+  const Scene here = scene();
+  HistoryRow row = run.row(run.point);
+  gradient = VertexMatrix::Zero(positions_.rows(), 3);
+  for (std::size_t i = 0; i < photos.size(); ++i) {
+    const Evaluation how{settings.spp,
+                         stream_seed(settings.seed, Stream::kStep, done_, static_cast<int>(i))};
+    ShapeGradient found = run.evaluator.shape_gradient(
+        here, vertices_, run.point, photos[i],
+        [&](const Film& film) {
+          LossResult loss = evaluate_loss(problem_->scalars(), i, film);
+          row.loss += share * loss.unbiased;
+          row.mean_bias += mean_bias(film, photos[i]) * share;
+          if (brightness_.size() == i)
+            brightness_.push_back(std::max(mean_square(photos[i].reference, photos[i]),
+                                           mean_square(film.mean, photos[i])));
+          return std::move(loss.slope);
+        },
+        how);
+    add(found.vertices, share, gradient);
+    observe_outline(run, here, i, how, gradient);
+    run.previews[i] = std::make_shared<const Picture>(std::move(found.film.mean));
+  }
+  return row;
+}
+
+void ShapeDescent::observe_outline(FitRun& run, const Scene& here, std::size_t index,
+                                   const Evaluation& how, VertexMatrix& gradient) const {
+  const Photo& photo = problem_->photos()[index];
+  double shown = 0;
+  for (const float share : photo.coverage) shown += share;
+  if (!(shown > 0)) return;
+  const auto factor = static_cast<float>(2 * options_.outline * brightness_[index] / shown);
+  const CoverageGradient found = run.evaluator.coverage_gradient(
+      here, vertices_, photo,
+      [&](const std::vector<float>& coverage) {
+        std::vector<float> slope(coverage.size());
+        for (std::size_t p = 0; p < slope.size(); ++p)
+          slope[p] = factor * (coverage[p] - photo.coverage[p]);
+        return slope;
+      },
+      how);
+  add(found.vertices, 1.0 / static_cast<double>(problem_->photos().size()), gradient);
+}
+
+void ShapeDescent::validate(FitRun& run, HistoryRow& row) const {
+  const Validation found = run.validate(run.point);
+  if (!run.best.has_start()) run.best.note_start(found);
+  run.best.note(row, found, run.result);
+}
+
+bool ShapeDescent::step(FitRun& run) {
+  const FitSettings& settings = problem_->settings();
+  VertexMatrix gradient;
+  HistoryRow row = observe(run, gradient);
+  if (done_ % settings.validation_interval == 0) validate(run, row);
+  run.result.history.push_back(std::move(row));
+  if (run.stop_if_dropped()) return false;
+  move(gradient, run.result.shape_steps);
+  run.point.fields[0] = own_positions();
+  run.result.fields_last = std::make_shared<FieldValues>(run.point.fields);
+  run.result.iterations = ++done_;
+  return done_ < settings.iterations || finish(run);
+}
+
+bool ShapeDescent::finish(FitRun& run) const {
+  HistoryRow row = run.row(run.point);
+  validate(run, row);
+  row.loss = row.validation;
+  run.result.history.push_back(std::move(row));
+  return false;
+}
+
+void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
+  const VertexMatrix smooth = smoothing_.solve(gradient);
+  mean_ = mean_ * options_.first_decay + smooth * (1 - options_.first_decay);
+  squares_ = squares_ * options_.second_decay + smooth.cwiseAbs2() * (1 - options_.second_decay);
+  const double first = 1 - std::pow(options_.first_decay, done_ + 1);
+  const double second = 1 - std::pow(options_.second_decay, done_ + 1);
+  const double typical = std::sqrt(squares_.maxCoeff() / second);
+  if (!(typical > 0) || !std::isfinite(typical)) return;
+  const double turn = std::cos(std::numbers::pi * done_ / problem_->settings().iterations);
+  const double rate = problem_->fields().wanted().front().learning_rate;
+  const double length =
+      size_ * rate * (options_.last_step + (1 - options_.last_step) * (1 + turn) / 2);
+  const VertexMatrix way = mean_ * (-length / (first * typical));
+  double share = 1;
+  bool turned = false, crossed = false;
+  for (int i = 0; i <= options_.halvings; ++i, share /= 2) {
+    VertexMatrix there = smoothing_.solve(coordinates_ + way * share);
+    for (int axis = 0; axis < 3; ++axis)
+      there.col(axis) = there.col(axis)
+                            .cwiseMax(low_[static_cast<std::size_t>(axis)])
+                            .cwiseMin(high_[static_cast<std::size_t>(axis)]);
+    const FaceGuard::Verdict verdict = guard_.move_to(there);
+    turned = turned || verdict == FaceGuard::Verdict::kTurned;
+    crossed = crossed || verdict == FaceGuard::Verdict::kCrossed;
+    if (verdict != FaceGuard::Verdict::kGood) continue;
+    positions_ = std::move(there);
+    coordinates_ = smoothing_.apply(positions_);
+    steps.turning += turned;
+    steps.intersecting += crossed;
+    return;
+  }
+  steps.turning += turned;
+  steps.intersecting += crossed;
+  ++steps.given_up;
+  mean_.setZero();  // what led here leads nowhere
+}
+
+double ShapeDescent::fraction() const {
+  return static_cast<double>(done_) / problem_->settings().iterations;
+}
+
+void ShapeDescent::members(SavedState& state) {
+  const Eigen::Index count = positions_.rows();
+  state(positions_, coordinates_, mean_, squares_, brightness_, done_);
+  if (positions_.rows() != count)
+    throw Refused("",
+                  "The saved state is of a mesh with " + std::to_string(positions_.rows()) +
+                      " vertices, this one has " + std::to_string(count),
+                  "start without it");
+  if (state.reading()) guard_.set(positions_);
+}
+
+void ShapeDescent::plan(RenderPlan& plan) {
+  const FitSettings& settings = plan.problem.settings();
+  plan.add(PhaseKind::kShape, plan.pixels, settings.spp, settings.iterations,
+           Carried::kShapeDerivatives);
+  const int interval = settings.validation_interval;
+  plan.validate(PhaseKind::kShape, (settings.iterations + interval - 1) / interval + 1);
+}
+
+}  // namespace selenite

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "fit/shape/face_guard.h"
+#include "fit/shape/mesh_smoothing.h"
+#include "fit/state/phase.h"
+
+namespace selenite {
+
+/// Sources: docs/measurements/constants.md, "ShapeDescentOptions".
+struct ShapeDescentOptions {
+  double first_decay = 0.9, second_decay = 0.999;  ///< of the two moments, as for Adam
+  double last_step = 0.05;                         ///< what is left of a step's length at the end
+  int halvings = 6;                                ///< of a step before it is given up
+  /// lambda of MeshSmoothing for each vertex: the same part of the surface moves together, however
+  /// fine the mesh is.
+  double smoothness = 0.01;
+  /// Of the squared error of the outline, where masks say it, beside that of the picture, in mean
+  /// squares of the photo or the first picture, whichever is larger.
+  double outline = 1;
+};
+
+/// Moves the vertices of an object until renders match photos: descent with large steps, in which all
+/// vertices share one second moment. A step that would turn a face over, or lead a surface through
+/// another one, is shortened.
+///
+/// Source: Nicolet, Jacobson, Jakob 2021, "Large Steps in Inverse Rendering of Geometry".
+class ShapeDescent final : public Phase {
+ public:
+  explicit ShapeDescent(const FitRun& run, ShapeDescentOptions options = {});
+  ShapeDescent(const ShapeDescent&) = delete;
+  ShapeDescent& operator=(const ShapeDescent&) = delete;
+
+  static void plan(RenderPlan& plan);
+  PhaseKind kind() const override { return PhaseKind::kShape; }
+  bool step(FitRun& run) override;
+  double fraction() const override;
+  void members(SavedState& state) override;
+
+ private:
+  /// The loss at the present vertices and its gradient, as a row of the history.
+  HistoryRow observe(FitRun& run, VertexMatrix& gradient);
+  /// Adds the gradient by the outline in a photo, where its masks say what it should be.
+  void observe_outline(FitRun& run, const Scene& here, std::size_t photo, const Evaluation& how,
+                       VertexMatrix& gradient) const;
+  void validate(FitRun& run, HistoryRow& row) const;
+  bool finish(FitRun& run) const;
+  /// Along the smoothed gradient, as far as no face turns over.
+  void move(const VertexMatrix& gradient, ShapeSteps& steps);
+  Scene scene() const;
+  /// In the object's own space, as a field holds them.
+  Vector own_positions() const;
+
+  const FitProblem* problem_;
+  ShapeDescentOptions options_;
+  Scene start_;
+  MovableVertices vertices_;
+  MeshSmoothing smoothing_;
+  FaceGuard guard_;
+  std::array<double, 3> low_{}, high_{};  ///< that no vertex leaves
+  double size_ = 0;                       ///< diagonal of the box at the start
+
+  VertexMatrix positions_, coordinates_;
+  VertexMatrix mean_, squares_;     ///< moments of the gradient
+  std::vector<double> brightness_;  ///< by which outlines are weighed, of each photo
+  int done_ = 0;
+};
+
+}  // namespace selenite
