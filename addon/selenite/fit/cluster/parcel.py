@@ -54,13 +54,15 @@ def parcel_of(plan: FitPlan) -> Parcel:
             "fields": fields, "scene": 0,
             "photos": _photos(plan.captures), "settings": plan.request.settings.native(),
         })  # fmt: skip
+    unknowns = [item.native() for item in plan.unknowns]
+    unknowns += [item.native() for item in plan.fields]
     starts = {} if plan.stages else plan.starts
     data = packed({
         "version": __version__,
         "scenes": [_calls(scene) for scene in scenes],
         "vertices": [[item.owner, item.values] for item in plan.fields if item.kind.is_shape],
         "starts": [[*name, value] for name, value in starts.items()],
-        "unknowns": [_unknown(item.native()) for item in (*plan.unknowns, *plan.fields)],
+        "unknowns": [_unknown(item) for item in unknowns],
         "stages": stages,
     })  # fmt: skip
     first = plan.stages[0].scene if plan.stages else plan.scene

@@ -61,8 +61,9 @@ class VertexColorsUnknown(SurfaceUnknown):
             colors, of_fit = (*colors, entry), (*of_fit, stored)
         mesh = replace(mesh, colors=colors, stored_colors=of_fit)
         meshes = [mesh if i == self.mesh else item for i, item in enumerate(scene.meshes)]
+        colour = MapValues(texture=None, attribute=own)
         materials = [
-            replace(item, maps=item.maps | {"base_color": MapValues(None, own)})
+            replace(item, maps=item.maps | {"base_color": colour})
             if item.name in self.materials
             else item
             for item in scene.materials
