@@ -39,6 +39,7 @@ def made_fit(found: Mapping[str, Any] | None = None) -> Any:
     }  # fmt: skip
     search = {"points": 0, "moved": False, "start_loss": 0.0, "loss": 0.0, "standard_error": 0.0}
     model_error = {"relative": 0.0, "absolute": 0.0, "shift": 0.0}
+    shape_steps = {"turning": 0, "intersecting": 0, "given_up": 0}
     stages = given.pop("stages", None)
     nested = {
         "report": _made(core.TrustReport, nothing | report),
@@ -49,6 +50,7 @@ def made_fit(found: Mapping[str, Any] | None = None) -> Any:
         },
         "search": _made(core.Search, search | given.pop("search", {})),
         "model_error": _made(core.ModelError, model_error | given.pop("model_error", {})),
+        "shape_steps": _made(core.ShapeSteps, shape_steps | given.pop("shape_steps", {})),
         "stages": stages and [_made(core.FoundStage, row) for row in stages],
     }
     values = {
