@@ -48,6 +48,8 @@ def run(args: argparse.Namespace) -> dict[str, object]:
         say(f"{len(batch.kept)} of {len(entries)} fits have ended before; --again repeats them")
     try:
         _work(batch, args.jobs)
+    except KeyboardInterrupt:
+        return _report(batch) | {"error": "interrupted"}
     finally:
         batch.close()
     return _report(batch)
