@@ -19,6 +19,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "devtools"))
@@ -27,7 +28,6 @@ from process import BUILD, PACKAGE, PYTHON  # noqa: E402
 
 WORK = BUILD / "windows-report"
 ROOMS = ("math", "model", "scene", "image", "render", "fit")
-START_SCENE = ROOT / "bench" / "windows" / "start_scene.py"
 RUN_PYTEST = ROOT / "devtools" / "run_pytest.py"
 # Photos of each container, imports; in Blender cancelling, resuming, saving, worker processes
 TESTS = (
@@ -57,11 +57,7 @@ def loads(_options: argparse.Namespace) -> str:
 
 def start_scene(_options: argparse.Namespace) -> str:
     """Means of the kernels, here and there, and their CPU time."""
-    env = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
-    text = subprocess.run(
-        [PYTHON, START_SCENE], capture_output=True, text=True, check=True, env=env
-    ).stdout
-    here, there = (json.loads(said.splitlines()[-1]) for said in (text, _python(START_SCENE)))
+    here, there = _both("start_scene.py")
     if here["lanes"] != there["lanes"]:
         raise Failed(f"lanes: {here['lanes']!r} here, {there['lanes']!r} there")
     worst = max(abs(a / b - 1) for a, b in zip(here["means"], there["means"], strict=True))
@@ -70,6 +66,39 @@ def start_scene(_options: argparse.Namespace) -> str:
     pairs = zip(here["seconds"], there["seconds"], strict=True)
     times = ", ".join(f"{there:.2f} s for {here:.2f} s" for here, there in pairs)
     return f"means differ by {worst:.1e} at most; CPU {times}"
+
+
+def start_fit(_options: argparse.Namespace) -> str:
+    """A fit of a few values, without a file."""
+    here, there = _both("start_fit.py")
+    worst = _farthest(here["shares"], there["shares"])
+    (ours, here), (theirs, there) = ((one["iterations"], one["seconds"]) for one in (here, there))
+    times = f"{there / theirs:.3f} s for {here / ours:.3f} s"
+    return (
+        f"values differ by {worst:.1e} of an interval at most; {theirs} iterations for {ours}, "
+        f"CPU each {times}"
+    )
+
+
+def _both(script: str) -> tuple[Any, Any]:
+    """What a script of bench/windows prints here and there."""
+    path = ROOT / "bench" / "windows" / script
+    env = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
+    text = subprocess.run(
+        [PYTHON, path], capture_output=True, text=True, check=True, env=env
+    ).stdout
+    here, there = (json.loads(said.splitlines()[-1]) for said in (text, _python(path)))
+    return here, there
+
+
+def _farthest(here: dict[str, float], there: dict[str, float]) -> float:
+    """Between values as shares of their intervals."""
+    if here.keys() != there.keys():
+        raise Failed(f"other values: {here}, {there}")
+    worst = max(abs(here[name] - there[name]) for name in here)
+    if worst > LARGEST_SHARE:
+        raise Failed(f"values differ by {worst:.1e} of an interval: {here}, {there}")
+    return worst
 
 
 def demo(_options: argparse.Namespace) -> str:
@@ -86,9 +115,7 @@ def demo(_options: argparse.Namespace) -> str:
     _python(*words, out / "there")
     times = f"{between - since:.0f} s here, {time.perf_counter() - between:.0f} s there"
     here, there = (_fitted(out / name) for name in ("here", "there"))
-    worst = max(abs(here[name] - there[name]) for name in here)
-    if worst > LARGEST_SHARE or here.keys() != there.keys():
-        raise Failed(f"values differ by {worst:.1e} of an interval: {here}, {there}")
+    worst = _farthest(here, there)
     return f"{len(here)} values differ by {worst:.1e} of an interval at most; {times}"
 
 
@@ -177,6 +204,7 @@ def _python(*words: str | Path, variables: dict[str, str] | None = None) -> str:
 STEPS: dict[str, Callable[[argparse.Namespace], str]] = {
     "loads": loads,
     "start-scene": start_scene,
+    "start-fit": start_fit,
     "demo": demo,
     "native": native,
     "tests": tests,

@@ -119,6 +119,56 @@ def test_colours_are_written_and_restored(kind, most, tmp_path):
     vertex_colors.restore("Board")  # nothing is left to be undone
 
 
+def graph_board(domain):
+    """The same, with a gamma and a mixture between the colours and the material."""
+    item = board(domain)
+    tree = item.data.materials[0].node_tree
+    source = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeVertexColor")
+    gamma, inverse = tree.nodes.new("ShaderNodeGamma"), tree.nodes.new("ShaderNodeInvert")
+    gamma.inputs["Gamma"].default_value = 1.5
+    inverse.inputs["Fac"].default_value = 0.2
+    tree.links.new(source.outputs["Color"], gamma.inputs["Color"])
+    tree.links.new(gamma.outputs["Color"], inverse.inputs["Color"])
+    made.link(item.data.materials[0], inverse.outputs["Color"])
+    return item
+
+
+@pytest.mark.parametrize("domain", ["POINT", "CORNER"])
+def test_colours_are_fitted_through_a_node_graph(domain, tmp_path, capsys):
+    item = graph_board(domain)
+    wanted = truth(item)
+    scene = build(made.read()).with_vertex_colors("Board", wanted)
+    film = native.core().render(scene, "Camera", 24, 24, 1024, seed=99)
+    native.image().write_exr(str(tmp_path / "photo.exr"), film.image)
+    status, report, _ = command(
+        capsys, "fit", made.save(tmp_path / "scene.blend"), "--fit", NAME,
+        "--photo", f"Camera={tmp_path / 'photo.exr'}", "--height", "24", "--threads", "1",
+        "--out", str(tmp_path / "out"), "--iterations", "150", "--spp", "8",
+    )  # fmt: skip
+    assert status == 0, report
+    found = np.load(f"{report['folder']}/Board_vertex_colors.npy")
+    assert np.sqrt(np.mean((found - wanted) ** 2)) < 0.03  # 30 dB
+
+
+def test_the_derivative_through_a_graph_is_that_of_differences():
+    scene = build((graph_board("POINT"), made.read())[1])
+    photo = native.core().Photo("Camera", size=(24, 24))
+    own = np.full((SIDE * SIDE, 3), 0.5, np.float32)
+
+    def mean(values):
+        evaluator = native.core().Evaluator(scene.with_vertex_colors("Board", values))
+        return evaluator.picture(photo, 64, seed=5).image.mean(axis=(0, 1), dtype=float)
+
+    _, slopes = native.core().Evaluator(scene).gradient(photo, "Board", "vertex_colors", 64, seed=5)
+    for vertex, channel in ((0, 0), (7, 1), (12, 2), (18, 0)):
+        ends = []
+        for side in (-0.01, 0.01):
+            moved = own.copy()
+            moved[vertex, channel] += side
+            ends.append(mean(moved)[channel])
+        assert slopes[vertex, channel] == pytest.approx((ends[1] - ends[0]) / 0.02, rel=0.01)
+
+
 def plain_board():
     """The same without colours: its material has one."""
     item = board()

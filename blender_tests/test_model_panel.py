@@ -13,6 +13,7 @@ from photographed_ball import studio
 from selenite.interface import panels, state
 from selenite.interface.operators import models
 from selenite.interface.progress.head import next_step
+from selenite.scene_read.shading import volumes as volume_nodes
 from selenite.write_back import body_models
 
 pytestmark = [pytest.mark.blender, pytest.mark.usefixtures("addon")]
@@ -100,3 +101,22 @@ def test_a_model_of_another_file_replaces_the_material_and_comes_back(tmp_path):
     with pytest.raises(Exception, match="cannot be read"):
         body_models.take(scene, again, tmp_path / "none.blend")
     assert body.active_material == again and again.name == "Body"
+
+
+def test_forms_of_a_body_are_what_fits_begin_with():
+    material = made.studio()
+    body_models.make_medium(material)
+    (volume,) = volumes(material)
+    volume.inputs["Absorption Color"].default_value = (0.2, 0.4, 0.6, 1.0)
+    body_models.make_grey(material)
+    source, reason = volume_nodes.find_node(material)
+    medium = volume_nodes.read(source, "")
+    assert not reason and medium["albedo"] != pytest.approx((0.9, 0.9, 0.9), abs=0.01)
+    assert medium["extinction"] == pytest.approx([medium["extinction"][0]] * 3)
+    body_models.make_subsurface(material)
+    inputs = made.principled(material).inputs
+    weight = "Subsurface Weight" if "Subsurface Weight" in inputs else "Subsurface"
+    assert inputs[weight].default_value == pytest.approx(0.9)
+    scale = inputs["Subsurface Scale"].default_value
+    assert scale == pytest.approx(0.1 * max(bpy.data.objects["Body"].dimensions), rel=0.2)
+    assert not material.node_tree.get_output_node("CYCLES").inputs["Volume"].is_linked

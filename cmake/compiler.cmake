@@ -34,6 +34,10 @@ function(selenite_compile_rules target)
     # and lets the compiler inline sqrt and turn selects into vector blends.
     target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -fno-math-errno -fno-trapping-math
       $<$<BOOL:${SELENITE_WERROR}>:-Werror>)
+    if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+      # "and" of two conditions is & where eight are one mask; and what a branch for some types alone uses is captured.
+      target_compile_options(${target} PRIVATE -Wno-bitwise-instead-of-logical -Wno-unused-lambda-capture)
+    endif()
     if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
       # GCC bugs 105329 and 105651: false alarms on "text" + std::string
       target_compile_options(${target} PRIVATE -Wno-restrict -Wno-stringop-overflow)

@@ -13,10 +13,9 @@ add_library(selenite_static_embree INTERFACE)
 get_target_property(embree_headers embree INTERFACE_INCLUDE_DIRECTORIES)
 target_include_directories(selenite_static_embree SYSTEM INTERFACE "${embree_headers}")
 # Each uses those behind it, and the code of an instruction set uses the first one again.
-# Built for one instruction set alone, as for other platforms, it has no library for each.
 set(instruction_sets embree_sse42 embree_avx embree_avx2)
-if(CMAKE_CROSSCOMPILING)
-  set(instruction_sets "")
+if(CMAKE_CROSSCOMPILING)  # of other platforms' processors the least one
+  set(instruction_sets embree_sse42)
 endif()
 foreach(name IN ITEMS embree3 ${instruction_sets} embree3 lexers simd math tasking sys)
   find_library(library_${name} NAMES lib${name}.a PATHS "${SELENITE_STATIC_LIBRARIES}/lib" NO_DEFAULT_PATH REQUIRED)

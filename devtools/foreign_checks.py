@@ -19,10 +19,9 @@ OLDEST_MACOS = "11.0"  # Blender's own minimum
 
 def faults_of_windows_module(module: Path) -> list[str]:
     """Why a .pyd may share names with Blender's libraries or lack one, each as a sentence."""
-    listing = _output("llvm-readobj", "--coff-exports", "--coff-imports", module)
-    exports, _, imports = listing.partition("Import {")
-    exported = set(re.findall(r"Export \{[^}]*?Name: (\S+)", exports))
-    needed = set(re.findall(r"^  Name: (\S+)", f"Import {{{imports}", re.MULTILINE))
+    names = re.compile(r"^  Name: (\S+)", re.MULTILINE)
+    exported = set(names.findall(_output("llvm-readobj", "--coff-exports", module)))
+    needed = set(names.findall(_output("llvm-readobj", "--coff-imports", module)))
     faults = _faults_of_exports(module, exported, f"PyInit_{_name(module)}")
     if others := sorted(name for name in needed if not WINDOWS_LIBRARIES.fullmatch(name)):
         faults.append(f"{module.name} needs {', '.join(others)}, which a system may lack")

@@ -11,17 +11,20 @@ import argparse
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--prefix", required=True, help="what the names begin with then")
     parser.add_argument("--keep", required=True, help="symbols with this text keep their names")
     parser.add_argument("--archive", type=Path, required=True)
+    parser.add_argument("--tools", default="llvm-", help="what nm, objcopy and ar begin with")
     parser.add_argument("objects", nargs="+", type=Path)
-    options = parser.parse_args()
-    names = sorted(set().union(*map(defined, options.objects)))
+    options = parser.parse_args(arguments)
+    tools = options.tools
+    names = sorted(set().union(*(defined(item, tools) for item in options.objects)))
     pairs = [f"{name} {options.prefix}{name}\n" for name in names if options.keep not in name]
     options.archive.unlink(missing_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
@@ -31,14 +34,14 @@ def main() -> None:
         for number, source in enumerate(options.objects):
             copy = Path(scratch) / f"{number}.o"
             shutil.copy2(source, copy)
-            _run("llvm-objcopy", f"--redefine-syms={listed}", copy)
+            _run(f"{tools}objcopy", f"--redefine-syms={listed}", copy)
             copies.append(copy)
-        _run("llvm-ar", "rcsD", options.archive, *copies)
+        _run(f"{tools}ar", "rcsD", options.archive, *copies)
 
 
-def defined(objects: Path) -> set[str]:
+def defined(objects: Path, tools: str = "llvm-") -> set[str]:
     """Names that other objects see, of an object file or an archive."""
-    command = ["llvm-nm", "--extern-only", "--defined-only", "--format=just-symbols", "--quiet"]
+    command = [f"{tools}nm", "--extern-only", "--defined-only", "--format=just-symbols", "--quiet"]
     listing = subprocess.run([*command, objects], capture_output=True, text=True, check=True).stdout
     return {line for line in listing.split() if not line.endswith(":")}
 

@@ -6,7 +6,8 @@ import sys
 
 import pytest
 
-status = pytest.main(sys.argv[1:])
-sys.stdout.flush()
-sys.stderr.flush()
-os._exit(int(status))
+if __name__ == "__main__":  # processes that tests start import this file as well
+    status = pytest.main(sys.argv[1:])
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(int(status))

@@ -281,6 +281,7 @@ LIBRARIES = (
                 "../libtexture/environment.cpp",
             )
         },
+        foreign_options=JOINED,
         # Of Boost it needs one class with a library: an error text for each thread and reader.
         # Here no two threads share a reader.
         foreign_texts={
@@ -290,10 +291,8 @@ LIBRARIES = (
             **{
                 f"src/libOpenImageIO/image{way}put.cpp": (
                     ("#include <boost/thread/tss.hpp>", "#include <memory>"),
-                    (
-                        "using boost::thread_specific_ptr;",
-                        "template <class T> using thread_specific_ptr = std::unique_ptr<T>;",
-                    ),
+                    ("using boost::thread_specific_ptr;\n", ""),
+                    ("thread_specific_ptr<", "std::unique_ptr<"),
                 )
                 for way in ("in", "out")
             },

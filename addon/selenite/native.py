@@ -48,6 +48,7 @@ if TYPE_CHECKING:
         FitResult = _core.FitResult
         Stage = _core.Stage
         Fit = _core.Fit
+        StageWorker = _core.StageWorker
         prepare = staticmethod(_core.prepare)
         parameters = staticmethod(_core.parameters)
         closures = staticmethod(_core.closures)
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
         schedule = staticmethod(_core.schedule)
         render = staticmethod(_core.render)
         decide_aims = staticmethod(_core.decide_aims)
+        has_lanes = staticmethod(_core.has_lanes)
         aimed_lamps = staticmethod(_core.aimed_lamps)
         with_aimed_lamps = staticmethod(_core.with_aimed_lamps)
         lanes_obstacle = staticmethod(_core.lanes_obstacle)

@@ -4,9 +4,11 @@
 import math
 
 import bpy
-from _driving import ENDLESS, FOLDER, in_window, made, photographed, picture, press_escape, run
+from _driving import FOLDER, in_window, made, photographed, picture, press_escape, run
 
 from selenite.interface import panels, state
+
+MANY = 5000  # iterations of small pictures: they take longer than the script
 
 
 def prepare():
@@ -45,7 +47,7 @@ def steps():
     settings = prepare()
     yield 0.5
     picture("chosen")
-    settings.iterations = ENDLESS
+    settings.iterations = MANY
     in_window(bpy.ops.selenite.fit_models, "INVOKE_DEFAULT")
     left = state.MODELS.job.folder
     yield fitting

@@ -52,6 +52,8 @@ void bind_photo(pybind11::module_& m);
 /// What photos show of a scene.
 void bind_evaluator(pybind11::module_& m);
 void bind_fit(pybind11::module_& m);
+/// What workers of a fit do.
+void bind_workers(pybind11::module_& m);
 /// What fits say of themselves.
 void bind_fit_result(pybind11::module_& m);
 /// Vertices of a scene's objects.

@@ -73,6 +73,7 @@ PYBIND11_MODULE(_core, m) {
   selenite::bind_render(m);
   selenite::bind_photo(m);
   selenite::bind_fit(m);
+  selenite::bind_workers(m);
   selenite::bind_photo_jacobian(m);
   selenite::bind_evaluator(m);
   selenite::bind_fisher_information(m);

@@ -10,6 +10,7 @@
 #include "module/bindings.h"
 #include "module/fit_arguments.h"
 #include "module/fit_result.h"
+#include "module/worker_binding.h"
 
 namespace py = pybind11;
 using namespace pybind11::literals;
@@ -19,8 +20,9 @@ namespace {
 
 std::unique_ptr<FitJob> make_fit(const Scene& scene, std::vector<Photo> photos,
                                  const std::vector<UnknownParameter>& unknowns,
-                                 const py::dict& settings) {
-  const FitSettings with = settings_of(settings);
+                                 const py::dict& settings, const py::object& workers) {
+  FitSettings with = settings_of(settings);
+  with.workers = workers_of(workers);
   const py::gil_scoped_release release;
   return std::make_unique<FitJob>(scene, std::move(photos), unknowns, with);
 }
@@ -111,15 +113,19 @@ Args:
         interval that suffices, as a share of the bounds' distance, or twice that of the value; 0: all
         samples are taken), finite_differences True (differences of pictures in place of derivatives: by IOR, in Gauss-Newton steps by roughness and
         extinction too).
+    workers: who renders in place of this process; see StageWorker. Results are the same bit by bit.
 Raises:
     ValueError, KeyError: all problems at once, one line each; nothing is started.)")
-      .def(py::init(&make_fit), "scene"_a, "photos"_a, "unknowns"_a, "settings"_a = py::dict())
+      .def(py::init(&make_fit), "scene"_a, "photos"_a, "unknowns"_a, "settings"_a = py::dict(),
+           py::kw_only(), "workers"_a = py::none())
       .def(
-          py::init([](const std::vector<UnknownParameter>& unknowns, std::vector<Stage> stages) {
+          py::init([](const std::vector<UnknownParameter>& unknowns, std::vector<Stage> stages,
+                      const py::object& workers) {
+            for (Stage& one : stages) one.settings.workers = workers_of(workers);
             const py::gil_scoped_release release;
             return std::make_unique<FitJob>(unknowns, std::move(stages));
           }),
-          "unknowns"_a, py::kw_only(), "stages"_a,
+          "unknowns"_a, py::kw_only(), "stages"_a, "workers"_a = py::none(),
           R"(In stages: each starts at the best values of the one before it; only the first searches,
 only the last is refined. unknowns: of the run, each in one stage at least.)")
       .def("start", &FitJob::start, "Starts the thread. ValueError when started before.")

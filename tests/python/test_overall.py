@@ -73,6 +73,16 @@ def test_time_left_is_that_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> None
     assert shown.text == "78 %, refinement, 4 min left"
 
 
+def test_a_refinement_after_steps_that_converged_is_said_to_be_good_enough(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    run = run_of(monkeypatch, WEIGHTS * 2, [(10, True)] * 2)
+    refined = with_changes(NEW, phase="refinement", stage=1, iteration=12, iterations=40)
+    assert "good enough, refining" in run.update(refined).text
+    for other in ({"iteration": 40}, {"stage": 0}, {"phase": "descent"}):
+        assert "good enough" not in run.update(with_changes(refined, **other)).text
+
+
 @pytest.mark.parametrize(
     ("seconds", "text"),
     [

@@ -134,6 +134,21 @@ def test_a_wheel_without_its_modules_is_refused(tmp_path: Path) -> None:
     assert all("for cp313" in fault for fault in faults)
 
 
+@pytest.mark.parametrize("ending", ["cpython-311-x86_64-linux-gnu.so", "cp311-win_amd64.pyd"])
+def test_modules_of_a_wheel_are_found_by_each_systems_names(tmp_path: Path, ending: str) -> None:
+    made, seen = wheel(tmp_path, "cp311"), []
+    with zipfile.ZipFile(made, "a") as archive:
+        for name in ("_core", "_image"):
+            archive.writestr(f"selenite/{name}.{ending}", "")
+
+    def faults_of_module(module: Path) -> list[str]:
+        seen.append(module.name)
+        return ["a fault"]
+
+    assert checks.faults_of_wheel(made, tmp_path, faults_of_module) == ["a fault", "a fault"]
+    assert seen == [f"_core.{ending}", f"_image.{ending}"]
+
+
 def test_a_wheel_without_the_demo_or_with_a_library_is_refused(tmp_path: Path) -> None:
     made = wheel(
         tmp_path, "cp311", "demo_scene/jade_pendant/Front.png", "selenite.libs/libtbb.so.12"

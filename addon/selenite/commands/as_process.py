@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import _thread
 import importlib
+import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -33,12 +34,13 @@ def run(
 
 @contextmanager
 def _interrupted_by(file: Path) -> Iterator[None]:
-    """A file that appears is what Ctrl+C is in a terminal."""
-    ended = threading.Event()
+    """A file that appears, or the end of who has started the process, is what Ctrl+C is in a
+    terminal."""
+    ended, parent = threading.Event(), os.getppid()
 
     def watch() -> None:
         while not ended.wait(_POLL):
-            if file.exists():
+            if file.exists() or os.getppid() != parent:
                 _thread.interrupt_main()
                 return
 

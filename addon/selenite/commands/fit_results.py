@@ -88,7 +88,8 @@ def deliver(
             shown.update(fraction, note=text)
 
         try:
-            result = with_warnings(plan, result, note_progress)
+            if args.checks_lights:
+                result = with_warnings(plan, result, note_progress)
         except (*_UNWRITTEN, KeyboardInterrupt) as error:
             errors.append(f"Whether each photo has its own lights is not known ({_why(error)})")
         try:

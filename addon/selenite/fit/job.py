@@ -23,6 +23,7 @@ from .staging import plan as stage_plan
 
 if TYPE_CHECKING:
     from .._core import Fit, FitResult, History, Progress, Scene
+    from .cluster.workers import ClusterWorkers
 
 _DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
 #: Pixels of all photos up to which a diagnosis is made by who polls: some 20 ms. Above it has a
@@ -54,17 +55,24 @@ class SavedState:
 class FitJob:
     """Start, poll, cancel, join, result. The caller joins before it drops the job."""
 
-    def __init__(self, plan: FitPlan, state: SavedState | None = None) -> None:
+    def __init__(
+        self,
+        plan: FitPlan,
+        state: SavedState | None = None,
+        *,
+        workers: ClusterWorkers | None = None,
+    ) -> None:
         """Validates natively, every stage too, and starts nothing. Raises BadInput.
 
-        `state`: of a fit with this plan, which goes on as that one would have done.
+        `state`: of a fit with this plan, which goes on as that one would have done. `workers`: who
+        renders in place of this process.
         """
         self.plan = plan
         self._notes: tuple[str, ...] = ()
         self._next_diagnosis = 0.0  # by the clock
         self._diagnosing: threading.Thread | None = None
         with refused("Fit", "change the settings or the bounds"):
-            self._fit = _native_fit(plan)
+            self._fit = _native_fit(plan, workers)
         if state is not None:
             self._restore(state)
 
@@ -190,14 +198,16 @@ class FitJob:
         return (*self.notes(), *still_falling(fit), *shortened(fit))
 
 
-def _native_fit(plan: FitPlan) -> Fit:
+def _native_fit(plan: FitPlan, workers: ClusterWorkers | None) -> Fit:
     """Raises ValueError, KeyError."""
     photos = [capture.native() for capture in plan.captures]
     unknowns = [item.native() for item in plan.unknowns]
     unknowns += [item.native() for item in plan.fields]
     if plan.stages:
-        return native.core().Fit(unknowns, stages=[stage.native() for stage in plan.stages])
-    return native.core().Fit(plan.scene, photos, unknowns, plan.request.settings.native())
+        stages = [stage.native() for stage in plan.stages]
+        return native.core().Fit(unknowns, stages=stages, workers=workers)
+    settings = plan.request.settings.native()
+    return native.core().Fit(plan.scene, photos, unknowns, settings, workers=workers)
 
 
 def fitted_values(plan: FitPlan, fit: FitResult) -> dict[tuple[str, str], Values]:

@@ -16,6 +16,7 @@ from ..capture.request import CaptureRequest, with_ids
 from ..capture.silhouette import Silhouettes
 from ..capture.value_kinds import PACKED
 from ..messages import remark, thing
+from ..parameters import Values
 from ..paths import MISSING, why_not_file
 from ..problems import BadInput, Problem, refused
 from ..scene_read.build import build
@@ -54,6 +55,9 @@ class FitPlan:
     transmits: bool = False  # a fitted material refracts, or may
     opaque: bool = False  # no light passes through any fitted material
     hold_out: tuple[Capture, ...] = ()  # photos that the fit does not see
+    #: What `scene` was built of, and the start values that it was given then.
+    source: SceneValues = field(default_factory=SceneValues)
+    starts: Mapping[tuple[str, str], Values] = field(default_factory=dict)
     #: By photo the angle of its camera about the vertical axis; empty where their lights differ.
     azimuths: Mapping[str, float] = field(default_factory=dict)
 
@@ -86,7 +90,7 @@ def prepare(
     fields = all_fields.choose(values, many, fitted_with, request.settings, problems)
     fields = stage_plan.starting_at_colour(fields, unknowns, problems)
     warnings += all_fields.remarks(fields, unknowns)
-    warnings += vertex_positions.remarks(fields, request.settings)
+    warnings += vertex_positions.remarks(fields, request.settings, request.captures)
     if not wanted and any(item.kind.is_shape for item in fields):
         request = replace(request, settings=vertex_positions.with_loss(request.settings))
     names = [*(item.name for item in unknowns), *(item.name for item in fields)]
@@ -124,7 +128,8 @@ def prepare(
         raise BadInput(problems)
     values = values.without_shut({(item.owner, item.parameter.name) for item in unknowns})
     go_on()
-    scene = _with_shapes(build_scene(all_fields.with_fields(values, fields)), fields)
+    source = all_fields.with_fields(values, fields)
+    scene = _with_shapes(build_scene(source), fields)
     if dark := problems_of_darkness(values, captures, unknowns, fields):
         raise BadInput(dark)
     warnings += gauge.remarks(values, captures, names)
@@ -139,10 +144,11 @@ def prepare(
         if own.height not in by_height:
             by_height[own.height] = photos(own.height, [])
         active = stage_plan.active_fields(stage.name, wanted, unknowns, fields)
-        base = scene
+        base, base_source = scene, source
         if len(active) < len(fields):
-            base = _with_shapes(build_scene(all_fields.with_fields(values, active)), fields)
-        stages.append(Stage(stage, own, by_height[own.height], base, tuple(active)))
+            base_source = all_fields.with_fields(values, active)
+            base = _with_shapes(build_scene(base_source), fields)
+        stages.append(Stage(stage, own, by_height[own.height], base, tuple(active), base_source))
     return FitPlan(
         request=replace(
             request,
@@ -161,6 +167,8 @@ def prepare(
         opaque=not (_transmits(values, requests) or _has_medium(values, requests)),
         hold_out=tuple(hold_out),
         azimuths=_azimuths(values, captures),
+        source=source,
+        starts=starts,
     )
 
 

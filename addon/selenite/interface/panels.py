@@ -17,7 +17,7 @@ from .captures import lights as capture_lights
 from .captures import photo as capture_photo
 from .chosen import chosen
 from .operators import batch, presets
-from .operators.models import SELENITE_PT_models
+from .operators.models import AS_TICKED, SELENITE_PT_models
 from .operators.time import draw_trade
 from .progress.background import draw_next_camera, draw_work
 from .progress.head import SELENITE_PT_head, next_step
@@ -151,12 +151,13 @@ class SELENITE_PT_fit(bpy.types.Panel):
             return
         column = layout.column()
         step, _ = next_step(context.scene)
-        if step not in ("selenite.start", "selenite.fit_models"):  # else they are in the head
+        starts = ("selenite.start", "selenite.fit_models")
+        if step not in starts:  # else these are in the head
             field(column, settings, "preset")
             field(column, settings, "body")
         field(column, settings, "stage_mode")
-        if step != "selenite.start":
-            layout.operator("selenite.start", icon="PLAY")
+        if step not in starts:
+            layout.operator(starts[settings.body != AS_TICKED], icon="PLAY")
         if not draw_work(layout, state.ESTIMATE):
             layout.operator("selenite.estimate", icon="TIME")
         for line in state.EXPECTED.get(context.scene.name, ()):

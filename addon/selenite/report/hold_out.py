@@ -59,6 +59,12 @@ class SquaredError:
         square, deviation = self._relative_to_light()
         return math.sqrt(max(square, 0.0) + _LIMIT * deviation)
 
+    @property
+    def noise(self) -> float:
+        """Standard error of `relative`, as a share of it."""
+        square, deviation = self._relative_to_light()
+        return deviation / (2 * square) if square > 0 else math.inf
+
     def percent(self) -> str:
         """In words."""
         if self.relative is None:

@@ -99,12 +99,13 @@ def mismatches(
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> list[Mismatch]:
     """Photos whose lights are probably not those of their captures. Renders nothing where captures
-    say nothing of lights, and after a fit that was stopped: who stops one does not wait. Photos
+    say nothing of lights or each has the place of its lamp, which was measured with it, and
+    after a fit that was stopped: who stops one does not wait. Photos
     beyond `_MOST_SECONDS` are left out. May be interrupted between two pictures."""
     captures = plan.captures
     if trust.cancelled(fit):
         return []
-    if all(is_as_in_scene(item.lights) for item in captures):
+    if all(is_as_in_scene(item.lights) or item.lights["places"] for item in captures):
         return []
     end = time.monotonic() + _MOST_SECONDS
     settings = plan.request.settings

@@ -23,6 +23,12 @@ def build(values: SceneValues) -> Scene:
     Raises ValueError for a value out of range and NativeUnavailable.
     """
     builder = native.core().SceneBuilder()
+    describe(values, builder)
+    return builder.build()
+
+
+def describe(values: SceneValues, builder: SceneBuilder) -> None:
+    """Calls the builder with all that it needs. Raises as `build`."""
     textures: dict[TextureValues, int] = {}
     materials = {
         item.name: builder.add_material(
@@ -106,7 +112,6 @@ def build(values: SceneValues) -> Scene:
             camera.pixel_aspect_x,
             camera.pixel_aspect_y,
         )
-    return builder.build()
 
 
 def _native_map(

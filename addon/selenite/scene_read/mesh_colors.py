@@ -9,7 +9,7 @@ import numpy as np
 
 from ..messages import control
 from ..problems import BadInput, Problem, choice, listed
-from .values import ObjectValues, SceneValues
+from .values import MapValues, ObjectValues, SceneValues
 
 #: What a new attribute is called where no material names it.
 NEW_COLORS = "Selenite"
@@ -110,3 +110,8 @@ def new_colors(scene: SceneValues, owner: ObjectValues, title: str) -> NewColors
         np.ascontiguousarray(mesh.triangles, np.int32).ravel(),
         () if asked else tuple(item.name for item in used),
     )
+
+
+def color_map(attribute: str) -> MapValues:
+    """A parameter that comes from a colour attribute."""
+    return MapValues(None, attribute)

@@ -161,7 +161,10 @@ def _put(node: bpy.types.Node, parameter: Parameter, value: Values) -> None:
         return
     for link in list(socket.links):
         node.id_data.links.remove(link)
-    socket.default_value = value[0] if len(value) == 1 else (*value, 1.0)
+    if len(value) == 1:
+        socket.default_value = value[0]
+    else:
+        socket.default_value[:3] = value
 
 
 def _objects(material: bpy.types.Material) -> list[bpy.types.Object]:

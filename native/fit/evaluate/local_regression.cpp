@@ -62,7 +62,7 @@ Eigen::MatrixXf regression(const Eigen::MatrixXf& columns, const Eigen::VectorXf
     for (Eigen::Index i = 0; i < count; ++i) {
       Normal normal = Normal::Zero();
       for (int f = 0, row = 0; f < kFeatures; ++f)
-        for (int g = 0; g <= f; ++g) normal(f, g) = moments(row++, i);
+        for (int g = 0; g <= f; ++g) normal(f, g) = normal(g, f) = moments(row++, i);
       // What a window does not have, as where all its pixels are alike, counts for nothing.
       const Coefficients diagonal = normal.diagonal();
       const Coefficients scale =

@@ -13,7 +13,7 @@
 namespace selenite {
 namespace {
 
-constexpr double kTooManyDropped = 1e-3;  ///< share of the samples
+constexpr int kMostExpected = 4;  ///< pictures, in units of `ahead`
 constexpr int kGain = field_index<PhotoParameters>(&PhotoParameters::gain);
 
 /// The loss at a photo's gain, differentiated by what was rendered.
@@ -48,23 +48,6 @@ void scale_fields(const Colorf& gain, const Photo& photo, const Fields& fields,
 
 }  // namespace
 
-void RenderCounts::add(const Film& film, const Photo& photo) {
-  samples += static_cast<std::int64_t>(rendered_count(photo)) * film.spp;
-  dropped += film.dropped;
-  cpu_seconds += film.cpu_seconds;
-  if (film.dropped > 0 && first_dropped.empty()) first_dropped = film.first_dropped;
-}
-
-bool RenderCounts::too_many_dropped() const {
-  return static_cast<double>(dropped) > kTooManyDropped * static_cast<double>(samples);
-}
-
-std::string RenderCounts::dropped_text() const {
-  return std::to_string(dropped) + " of " + std::to_string(samples) +
-         " samples were not finite and left out; first: " + first_dropped +
-         ". Check the scene for extreme values";
-}
-
 SceneModel scene_model(const FitProblem& problem) {
   return {problem.scalars(), problem.differences(),
           [&problem](const Point& point) { return problem.scene_at(point); }};
@@ -72,7 +55,7 @@ SceneModel scene_model(const FitProblem& problem) {
 
 SceneModel scene_model(const FitProblem& problem, const UniformFields& uniform) {
   return {uniform.problem(), problem.differences() ? &uniform.reparametrization() : nullptr,
-          [&uniform](const Point& point) { return uniform.scene_at(point.scalars); }};
+          [&uniform](const Point& point) { return uniform.scene_at(point.scalars); }, false};
 }
 
 Scene PhotoEvaluator::scene_of(const Photo& photo, const Point& point) {
@@ -148,29 +131,101 @@ Film PhotoEvaluator::picture(const Scene& scene, const Photo& photo, const SlotL
   return film;
 }
 
-Film PhotoEvaluator::evaluate(const Point& point, const Photo& photo, const Evaluation& how) {
+Film PhotoEvaluator::rendered(const Point& point, const Photo& photo, const Evaluation& how) {
   const Scene scene = scene_of(photo, point);
-  const Colorf gain = gain_of(photo, point);
-  if (!how.derivatives) {
-    Film film = picture(scene, photo, SlotLayout(), how.spp, how.seed);
-    apply_gain(gain, film);
-    find_gain(photo, film);
-    apply_gain(found_gain(photo), film);
-    find_alignment(photo, film);
-    return film;
-  }
+  if (!how.derivatives) return picture(scene, photo, SlotLayout(), how.spp, how.seed);
   Point there = point;
-  Film film = render_derivatives(
+  return render_derivatives(
       model_.problem, model_.differences, scene, photo, point.scalars, how.purpose,
       *how.derivatives, [&](const Vector& at, const SlotLayout& layout, Paths paths) {
         there.scalars = at;
         const std::uint64_t seed = paths == Paths::kOfFilm ? how.seed : seed_of(how.seed, 1, 0);
         return picture(scene_of(photo, there), photo, layout, how.spp, seed);
       });
+}
+
+PhotoQuestion PhotoEvaluator::question(const Point& point, const Photo& photo,
+                                       const Evaluation& how) {
+  if (!aims_.contains(photo.id)) scene_of(photo, point);
+  return {point,
+          photo.id,
+          photo.width,
+          photo.height,
+          photo.frame,
+          alignment(photo),
+          rendered_pixels(photo),
+          aims_[photo.id],
+          how};
+}
+
+double PhotoEvaluator::work_of(const Photo& photo, const Evaluation& how) const {
+  const int carried = how.derivatives ? model_.problem.unknowns.size() : 0;
+  return rendered_count(photo) * how.spp * (1 + carried);
+}
+
+void PhotoEvaluator::expect(const Point& point, const Photo& photo, const Evaluation& how) {
+  if (!workers()) return;
+  expected_.workers = settings_->workers;
+  std::string asked = question(point, photo, how).bytes();
+  const std::int64_t number = workers()->ask(asked, work_of(photo, how));
+  expected_.questions.emplace_back(std::move(asked), number);
+  // A point that has changed since has left some that nobody wants.
+  while (std::ssize(expected_.questions) > kMostExpected * ahead()) expected_.forget_oldest();
+}
+
+int PhotoEvaluator::ahead() const {
+  return workers() ? std::max(1, 2 * workers()->busy_with()) : 0;
+}
+
+Film PhotoEvaluator::fetched(const Point& point, const Photo& photo, const Evaluation& how) {
+  PhotoQuestion wanted = question(point, photo, how);
+  const std::string asked = wanted.bytes();
+  auto& questions = expected_.questions;
+  const auto known =
+      std::ranges::find(questions, asked, &std::pair<std::string, std::int64_t>::first);
+  std::int64_t number = 0;
+  if (known == questions.end()) {
+    number = workers()->ask(asked, work_of(photo, how));
+  } else {
+    number = known->second;
+    questions.erase(known);
+  }
+  PhotoAnswer answer = PhotoAnswer::of(workers()->answer(number, progress_), wanted.pixels.get());
+  counts_->add(answer.counts);
+  return std::move(answer.film);
+}
+
+Film PhotoEvaluator::answer(const PhotoQuestion& question) {
+  const auto& photos = model_.problem.photos;
+  const auto known = std::ranges::find(photos, question.photo, &Photo::id);
+  if (known == photos.end())
+    throw Refused("Photo '" + question.photo + "'", "the worker does not know it", "");
+  Photo photo = *known;
+  photo.width = question.width;
+  photo.height = question.height;
+  photo.frame = question.frame;
+  photo.alignment = question.alignment;
+  photo.pixels = question.pixels;
+  aims_[photo.id] = question.aims;
+  return rendered(question.point, photo, question.how);
+}
+
+PhotoEvaluator::Expected::~Expected() {
+  while (!questions.empty()) forget_oldest();
+}
+
+void PhotoEvaluator::Expected::forget_oldest() {
+  workers->forget(questions.front().second);
+  questions.pop_front();
+}
+
+Film PhotoEvaluator::evaluate(const Point& point, const Photo& photo, const Evaluation& how) {
+  Film film = workers() ? fetched(point, photo, how) : rendered(point, photo, how);
   std::optional<std::size_t> slot;
-  if (const auto k = model_.problem.unknowns.component_of(PhotoParameterRef{photo.id, kGain}))
+  if (const auto k = model_.problem.unknowns.component_of(PhotoParameterRef{photo.id, kGain});
+      k && how.derivatives)
     slot = static_cast<std::size_t>(model_.problem.layout.rows[static_cast<std::size_t>(*k)].slot);
-  apply_gain(gain, film, slot);
+  apply_gain(gain_of(photo, point), film, slot);
   find_gain(photo, film);
   apply_gain(found_gain(photo), film);
   find_alignment(photo, film);

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
-#include <optional>
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "fit/evaluate/field_loss.h"
-#include "fit/evaluate/finite_differences.h"
+#include "fit/evaluate/photo_question.h"
 #include "fit/objective/alignment.h"
 #include "fit/photo/photo_render.h"
 #include "fit/problem/fit_problem.h"
@@ -20,14 +23,6 @@
 
 namespace selenite {
 
-/// How a photo is evaluated. Without `derivatives` the film holds the picture alone.
-struct Evaluation {
-  int spp;
-  std::uint64_t seed;
-  std::optional<Differences> derivatives{};
-  Purpose purpose = Purpose::kInstrumental;
-};
-
 /// What a photo shows at a point. Phases know this interface; a test answers with a film of its own.
 class Evaluator {
  public:
@@ -35,20 +30,26 @@ class Evaluator {
   /// The picture and, where asked for, the derivative pictures of `Problem::layout`.
   /// Throws Cancelled, InvalidArgument.
   virtual Film evaluate(const Point& point, const Photo& photo, const Evaluation& how) = 0;
+  /// Says what `evaluate` will soon be asked for: workers may render it meanwhile. The answer is the same
+  /// without.
+  virtual void expect(const Point&, const Photo&, const Evaluation&) {}
+  /// How many pictures it wants to know of beforehand.
+  virtual int ahead() const { return 0; }
 };
 
-/// What a fit has rendered.
-struct RenderCounts {
-  std::int64_t samples = 0;  ///< paths traced, validation included
-  std::int64_t dropped = 0;  ///< of them left out because they were not finite
-  double cpu_seconds = 0;
-  std::string first_dropped{};
+/// Tells an evaluator what a loop will ask for, some pictures ahead.
+class Ahead {
+ public:
+  /// The loop has come to picture `at` of `count`; expect(i) says what picture i is.
+  template <class Expect>
+  void reach(const Evaluator& evaluator, std::size_t at, std::size_t count, const Expect& expect) {
+    if (evaluator.ahead() == 0) return;
+    const std::size_t end = std::min(count, at + static_cast<std::size_t>(evaluator.ahead()));
+    for (next_ = std::max(next_, at); next_ < end; ++next_) expect(next_);
+  }
 
-  void add(const Film& film, const Photo& photo);
-  /// More than one sample in a thousand was left out: the derivatives describe another picture.
-  bool too_many_dropped() const;
-  std::string dropped_text() const;
-  void members(SavedState& state) { state(samples, dropped, cpu_seconds, first_dropped); }
+ private:
+  std::size_t next_ = 0;  ///< that has not been told
 };
 
 /// The vertices of an object that move, and how its shading normals follow.
@@ -62,6 +63,7 @@ struct SceneModel {
   const Problem& problem;
   const Reparametrization* differences;  ///< null: derivatives are carried along all paths
   std::function<Scene(const Point&)> scene_at;
+  bool of_workers = true;  ///< workers know it, from scene and unknowns
 };
 SceneModel scene_model(const FitProblem& problem);
 SceneModel scene_model(const FitProblem& problem, const UniformFields& uniform);
@@ -81,6 +83,10 @@ class PhotoEvaluator final : public Evaluator {
   Progress* progress() const { return progress_; }
 
   Film evaluate(const Point& point, const Photo& photo, const Evaluation& how) override;
+  void expect(const Point& point, const Photo& photo, const Evaluation& how) override;
+  int ahead() const override;
+  /// What a worker renders, without the gain of the photo. InvalidArgument: no photo has the id.
+  Film answer(const PhotoQuestion& question);
   /// The free gain of a photo, as the last render of it gives; 1 before the first.
   Colorf found_gain(const Photo& photo) const;
   /// With which the next render of a photo is made, whatever its size.
@@ -112,9 +118,27 @@ class PhotoEvaluator final : public Evaluator {
   void find_gain(const Photo& photo, const Film& film);
   void find_alignment(const Photo& photo, const Film& film);
   Camera camera_of(const Scene& scene, const Photo& photo) const;
+  /// Without the gain of the photo.
+  Film rendered(const Point& point, const Photo& photo, const Evaluation& how);
+  /// The same by workers.
+  Film fetched(const Point& point, const Photo& photo, const Evaluation& how);
+  RenderWorkers* workers() const { return model_.of_workers ? settings_->workers.get() : nullptr; }
+  /// In samples, roughly.
+  double work_of(const Photo& photo, const Evaluation& how) const;
+  PhotoQuestion question(const Point& point, const Photo& photo, const Evaluation& how);
   Film picture(const Scene& scene, const Photo& photo, const SlotLayout& layout, int spp,
                std::uint64_t seed);
 
+  /// Questions that nobody has asked for yet, with their numbers.
+  struct Expected {
+    std::shared_ptr<RenderWorkers> workers{};
+    std::deque<std::pair<std::string, std::int64_t>> questions{};
+    Expected() = default;
+    Expected(const Expected&) = delete;
+    Expected& operator=(const Expected&) = delete;
+    ~Expected();
+    void forget_oldest();
+  };
   struct FoundAlignment {
     AlignmentEstimate estimate{};
     int width = 0;  ///< of the photo of which it is
@@ -129,6 +153,7 @@ class PhotoEvaluator final : public Evaluator {
   std::map<std::string, FoundAlignment> alignments_{};  ///< likewise
   std::map<std::string, std::vector<char>> aims_{};     ///< likewise, of each lamp
   std::vector<AimVerdict> aim_verdicts_{};
+  Expected expected_;
 };
 
 }  // namespace selenite

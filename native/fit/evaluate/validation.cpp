@@ -32,11 +32,16 @@ Validation validate(const FitProblem& problem, PhotoEvaluator& evaluator, const 
   const std::vector<Photo>& photos = problem.photos();
   auto films = std::make_shared<std::vector<Film>>();
   std::vector<Alignment> alignments;
+  const auto how = [&](std::size_t i) {
+    return Evaluation{
+        spp, stream_seed(problem.settings().seed, Stream::kValidation, 0, static_cast<int>(i))};
+  };
+  Ahead ahead;
   for (std::size_t i = 0; i < photos.size(); ++i) {
+    ahead.reach(evaluator, i, photos.size(),
+                [&](std::size_t k) { evaluator.expect(point, photos[k], how(k)); });
     alignments.push_back(evaluator.alignment(photos[i]));
-    const std::uint64_t seed =
-        stream_seed(problem.settings().seed, Stream::kValidation, 0, static_cast<int>(i));
-    films->push_back(evaluator.evaluate(point, photos[i], {spp, seed}));
+    films->push_back(evaluator.evaluate(point, photos[i], how(i)));
     films->back().half_a.clear();  // no loss asks for it
     previews[i] = std::make_shared<const Picture>(films->back().mean);
   }

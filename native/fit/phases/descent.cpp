@@ -126,12 +126,28 @@ bool Descent::iterate(FitRun& run) {
   return is_over(run) ? finish(run) : true;
 }
 
+Evaluation Descent::of_step(const FitRun& run, std::size_t index) const {
+  const FitSettings& settings = problem_->settings();
+  return {settings.spp, stream_seed(settings.seed, Stream::kStep, run.result.iterations,
+                                    static_cast<int>(index))};
+}
+
+Evaluation Descent::with_derivatives(const FitRun& run, const Evaluation& how) const {
+  const Purpose purpose = strategy_->optimiser.purpose;
+  Differences which =
+      differences_of(purpose, blocks_.count(&Block::scalars, run.result.iterations));
+  which.refractions = !strategy_->searches_ior();
+  return {how.spp, how.seed, which, purpose};
+}
+
+bool Descent::steps_scalars(const Block& block) const {
+  return block.scalars && (problem_->fields().empty() || problem_->unknowns().size() > 0);
+}
+
 /// Renders one photo; gradients by the fields, where it is their block, are summed over the photos.
 void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& next) const {
   const Photo& photo = problem_->photos()[index];
-  const FitSettings& settings = problem_->settings();
-  const Evaluation how{settings.spp, stream_seed(settings.seed, Stream::kStep,
-                                                 run.result.iterations, static_cast<int>(index))};
+  const Evaluation how = of_step(run, index);
   Observation seen;
   seen.photo = static_cast<int>(index);
   if (block.fields && next.joint) {
@@ -152,13 +168,8 @@ void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& 
     }
     seen.film = std::move(found.film);
   }
-  if (block.scalars && (problem_->fields().empty() || problem_->unknowns().size() > 0)) {
-    const Purpose purpose = strategy_->optimiser.purpose;
-    Differences which =
-        differences_of(purpose, blocks_.count(&Block::scalars, run.result.iterations));
-    which.refractions = !strategy_->searches_ior();
-    seen.film = run.evaluator.evaluate(next.point, photo, {how.spp, how.seed, which, purpose});
-  }
+  if (steps_scalars(block))
+    seen.film = run.evaluator.evaluate(next.point, photo, with_derivatives(run, how));
   seen.loss = evaluate_loss(problem_->scalars(), index, seen.film);
   next.misfit += std::max(0.0, seen.loss.unbiased);
   run.previews[index] = std::make_shared<const Picture>(seen.film.mean);
@@ -169,7 +180,13 @@ void Descent::observe_photos(FitRun& run, const Block& block, HistoryRow& row, N
   const std::vector<Photo>& photos = problem_->photos();
   const bool accumulate = problem_->settings().accumulate;
   const double share = 1.0 / static_cast<double>(photos.size());
+  const bool one_point = accumulate && !block.fields && steps_scalars(block);
+  Ahead ahead;
   for (std::size_t i = 0; i < photos.size(); ++i) {
+    if (one_point)
+      ahead.reach(run.evaluator, i, photos.size(), [&](std::size_t k) {
+        run.evaluator.expect(next.point, photos[k], with_derivatives(run, of_step(run, k)));
+      });
     observe(run, i, block, next);
     row.loss += share * next.seen.back().loss.value;
     row.mean_bias += mean_bias(next.seen.back().film, photos[i]) * share;

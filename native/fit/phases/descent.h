@@ -48,6 +48,11 @@ class Descent final : public Phase {
 
   bool iterate(FitRun& run);
   void observe(FitRun& run, std::size_t photo, const Block& block, Next& next) const;
+  /// How a photo is rendered in this iteration.
+  Evaluation of_step(const FitRun& run, std::size_t photo) const;
+  /// The same with the derivatives that a step of the scalars takes.
+  Evaluation with_derivatives(const FitRun& run, const Evaluation& how) const;
+  bool steps_scalars(const Block& block) const;
   void observe_photos(FitRun& run, const Block& block, HistoryRow& row, Next& next) const;
   double kept() const;
   void watch(const Progress* progress, const Next& next);

@@ -53,11 +53,20 @@ int MinimaComparison::spp() const {
 bool MinimaComparison::step(Evaluator& evaluator) {
   if (candidates_.size() < 2 || round_ == static_cast<int>(kAlternativeMinima.shares.size()))
     return false;
-  const Photo& photo = problem_->photos[photo_];
+  const auto how = [&](std::size_t photo, std::size_t part) {
+    const int purpose = static_cast<int>(kParts) * round_ + static_cast<int>(part);
+    return Evaluation{spp(), seed_of(seed_, purpose, static_cast<int>(photo))};
+  };
+  const std::size_t of_photo = candidates_.size() * kParts;
+  ahead_.reach(evaluator, photo_ * of_photo + candidate_ * kParts + part_,
+               problem_->photos.size() * of_photo, [&](std::size_t k) {
+                 const std::size_t photo = k / of_photo;
+                 evaluator.expect({candidates_[k % of_photo / kParts].x, fields_},
+                                  problem_->photos[photo], how(photo, k % kParts));
+               });
   Candidate& candidate = candidates_[candidate_];
-  const int purpose = static_cast<int>(kParts) * round_ + static_cast<int>(part_);
-  candidate.seen[part_] = evaluator.evaluate(
-      {candidate.x, fields_}, photo, {spp(), seed_of(seed_, purpose, static_cast<int>(photo_))});
+  candidate.seen[part_] =
+      evaluator.evaluate({candidate.x, fields_}, problem_->photos[photo_], how(photo_, part_));
   if (++part_ < kParts) return true;
   part_ = 0;
   if (++candidate_ < candidates_.size()) return true;
@@ -65,6 +74,7 @@ bool MinimaComparison::step(Evaluator& evaluator) {
   end_photo();
   if (++photo_ < problem_->photos.size()) return true;
   photo_ = 0;
+  ahead_ = {};
   end_round();
   return candidates_.size() > 1 && round_ < static_cast<int>(kAlternativeMinima.shares.size());
 }

@@ -82,6 +82,7 @@ class MinimaComparison {
   int round_ = 0;
   std::size_t photo_ = 0, candidate_ = 0;  ///< of the next picture
   std::size_t part_ = 0;                   ///< likewise
+  Ahead ahead_;                            ///< in this round
 };
 
 /// Adds to `report`, which is about `answer`, an alternative that explains the photos as well if it lies

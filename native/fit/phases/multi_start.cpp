@@ -87,6 +87,7 @@ void MultiStart::begin_at(const Vector& values) {
   }
   result_ = {.points = static_cast<int>(candidates_.size())};
   next_ = 0;
+  ahead_ = {};
   round_ = stepped_ = 0;
 }
 
@@ -150,15 +151,28 @@ std::uint64_t MultiStart::seed_for(int purpose, int index, int photo) const {
 }
 
 /// Equal seeds for all candidates: what they have in common cancels in a comparison.
-void MultiStart::evaluate(Candidate& candidate, int spp, int purpose, Evaluator& evaluator) const {
+void MultiStart::evaluate(Candidate& candidate, int spp, int purpose, Evaluator& evaluator) {
   candidate.tiled_loss = TiledLoss();
   const double share = 1.0 / static_cast<double>(photos_.size());
+  const std::size_t of_candidate = 2 * photos_.size();
+  const auto how = [&](std::size_t picture) {
+    return Evaluation{
+        spp / 2, seed_for(purpose, static_cast<int>(picture % 2), static_cast<int>(picture / 2))};
+  };
+  // Where candidates make no steps, those that follow are known.
+  const bool known = round_ == 0 || round_ == last_round();
+  const std::size_t end = known ? candidates_.size() : next_ + 1;
   for (std::size_t v = 0; v < photos_.size(); ++v) {
     const Photo& photo = photos_[v];
     FilmPair parts;
-    for (int i = 0; i < 2; ++i)
-      parts[static_cast<std::size_t>(i)] = evaluator.evaluate(
-          {candidate.x}, photo, {spp / 2, seed_for(purpose, i, static_cast<int>(v))});
+    for (std::size_t i = 0; i < 2; ++i) {
+      ahead_.reach(
+          evaluator, next_ * of_candidate + 2 * v + i, end * of_candidate, [&](std::size_t k) {
+            const std::size_t picture = k % of_candidate;
+            evaluator.expect({candidates_[k / of_candidate].x}, photos_[picture / 2], how(picture));
+          });
+      parts[i] = evaluator.evaluate({candidate.x}, photo, how(2 * v + i));
+    }
     candidate.tiled_loss.append(TiledLoss(merged(parts), photo, weights_[v]), share);
     if (round_ == last_round()) candidate.pictures.push_back(std::move(parts));
   }
@@ -194,12 +208,16 @@ void MultiStart::descend(Candidate& candidate, int n, Evaluator& evaluator) cons
   if (!candidate.steps) candidate.steps = std::make_shared<GaussNewton>(problem_);
   const int purpose = 16 + 64 * round_ + n;
   std::vector<Observation> seen;
-  for (std::size_t v = 0; v < photos_.size(); ++v) {
+  const auto how = [&](std::size_t v) {
     const std::uint64_t seed = seed_for(purpose, static_cast<int>(next_), static_cast<int>(v));
-    seen.push_back({static_cast<int>(v),
-                    evaluator.evaluate({candidate.x}, photos_[v],
-                                       {options_.step_spp, seed, Differences{alternating_side(n)}}),
-                    {}});
+    return Evaluation{options_.step_spp, seed, Differences{alternating_side(n)}};
+  };
+  Ahead ahead;
+  for (std::size_t v = 0; v < photos_.size(); ++v) {
+    ahead.reach(evaluator, v, photos_.size(),
+                [&](std::size_t k) { evaluator.expect({candidate.x}, photos_[k], how(k)); });
+    seen.push_back(
+        {static_cast<int>(v), evaluator.evaluate({candidate.x}, photos_[v], how(v)), {}});
   }
   candidate.x = candidate.steps->step(candidate.x, seen);
 }
@@ -241,6 +259,7 @@ bool MultiStart::step(Evaluator& evaluator) {
   stepped_ = 0;
   if (++next_ < candidates_.size()) return true;
   next_ = 0;
+  ahead_ = {};
   rank();
   if (final) {
     choose();

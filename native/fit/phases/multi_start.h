@@ -99,7 +99,7 @@ class MultiStart {
   double point_in_range(int component, double at) const;
   std::vector<Vector> spread_points() const;
   std::uint64_t seed_for(int purpose, int index, int photo) const;
-  void evaluate(Candidate& candidate, int spp, int purpose, Evaluator& evaluator) const;
+  void evaluate(Candidate& candidate, int spp, int purpose, Evaluator& evaluator);
   /// How many steps a candidate makes in the running round.
   int steps_of(const Candidate& candidate) const;
   /// The n-th of them.
@@ -122,6 +122,7 @@ class MultiStart {
   Reparametrization reparametrization_;
   std::vector<Candidate> candidates_;
   std::size_t next_ = 0;  ///< candidate of the running round
+  Ahead ahead_;           ///< in the running round
   int round_ = 0;
   int stepped_ = 0;  ///< steps that it has made in this round
   Vector chosen_;

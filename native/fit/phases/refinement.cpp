@@ -65,29 +65,67 @@ double Refinement::wanted_samples(const Estimate& now) const {
   return wanted;
 }
 
-Observation Refinement::derivatives(Evaluator& evaluator, int purpose, int portion, int spp,
-                                    std::size_t photo) const {
+Evaluation Refinement::of_derivatives(int purpose, int portion, int spp, std::size_t photo) const {
   const int index = static_cast<int>(photo);
   const Differences which{.side = alternating_side(portion), .of_roughness = Side::kBoth};
-  const std::uint64_t seed = seed_of(seed_of(seed_, purpose, index), portion, index);
-  return {
-      index,
-      evaluator.evaluate({point_.x, fields_}, point_.problem->photos[photo], {spp, seed, which}),
-      {}};
+  return {spp, seed_of(seed_of(seed_, purpose, index), portion, index), which};
+}
+
+Observation Refinement::derivatives(Evaluator& evaluator, int purpose, int portion, int spp,
+                                    std::size_t photo) const {
+  return {static_cast<int>(photo),
+          evaluator.evaluate({point_.x, fields_}, point_.problem->photos[photo],
+                             of_derivatives(purpose, portion, spp, photo)),
+          {}};
+}
+
+Evaluation Refinement::of_residual(int spp, std::size_t photo) const {
+  return {spp, seed_of(seed_, purpose(), static_cast<int>(photo))};
+}
+
+int Refinement::portion_spp(int spp) const {
+  return std::max(spp / options_.derivative_share / kJacobianPortions, kLeastOfDerivatives);
+}
+
+/// The last that may follow has as many samples as the one before, and is near: slopes are known.
+bool Refinement::gathers() const {
+  return suspended_ || after_offset_ || point_.report.passes + 1 < most_passes();
+}
+
+/// The pictures of photos to come, as `step` will ask for them.
+void Refinement::expect(Evaluator& evaluator, int spp) {
+  const std::size_t of_photo = gathers() ? 1 + kJacobianPortions : 1;
+  const std::vector<Photo>& photos = point_.problem->photos;
+  ahead_.reach(evaluator, photo_ * of_photo, photos.size() * of_photo, [&](std::size_t picture) {
+    const std::size_t photo = picture / of_photo;
+    const int portion = static_cast<int>(picture % of_photo) - 1;
+    evaluator.expect({point_.x, fields_}, photos[photo],
+                     portion < 0 ? of_residual(spp, photo)
+                                 : of_derivatives(purpose() + 1, portion, portion_spp(spp), photo));
+  });
 }
 
 void Refinement::gather_first_jacobians(Evaluator& evaluator) {
   iteration_spp_ =
       std::max(pass_spp(point_.report.passes) / options_.derivative_share, kLeastOfDerivatives);
-  for (int portion = 0; portion < options_.warm_ups; ++portion)
-    for (std::size_t v = 0; v < point_.problem->photos.size(); ++v)
-      point_.gather(derivatives(evaluator, kWarmUp, portion, iteration_spp_, v), 1);
+  const std::vector<Photo>& photos = point_.problem->photos;
+  const std::size_t all = photos.size() * static_cast<std::size_t>(options_.warm_ups);
+  const auto portion_of = [&](std::size_t i) { return static_cast<int>(i / photos.size()); };
+  Ahead ahead;
+  for (std::size_t i = 0; i < all; ++i) {
+    ahead.reach(evaluator, i, all, [&](std::size_t k) {
+      const std::size_t photo = k % photos.size();
+      evaluator.expect({point_.x, fields_}, photos[photo],
+                       of_derivatives(kWarmUp, portion_of(k), iteration_spp_, photo));
+    });
+    point_.gather(derivatives(evaluator, kWarmUp, portion_of(i), iteration_spp_, i % photos.size()),
+                  1);
+  }
   has_jacobians_ = true;
 }
 
 void Refinement::gather(Evaluator& evaluator, int spp) {
-  const int of_portion =
-      std::max(spp / options_.derivative_share / kJacobianPortions, kLeastOfDerivatives);
+  const int of_portion = portion_spp(spp);
   for (int portion = 0; portion < kJacobianPortions; ++portion) {
     const Observation seen = derivatives(evaluator, purpose() + 1, portion, of_portion, photo_);
     point_.gather(seen, static_cast<double>(of_portion) / iteration_spp_);
@@ -100,16 +138,15 @@ bool Refinement::step(Evaluator& evaluator) {
   const std::size_t photos = point_.problem->photos.size();
   const Photo& photo = point_.problem->photos[photo_];
   const int spp = pass_spp(point_.report.passes);
-  const Film film = evaluator.evaluate({point_.x, fields_}, photo,
-                                       {spp, seed_of(seed_, purpose(), static_cast<int>(photo_))});
-  // The last that may follow has as many samples as the one before, and is near: slopes are known.
-  if (suspended_ || after_offset_ || point_.report.passes + 1 < most_passes())
-    gather(evaluator, spp);
+  expect(evaluator, spp);
+  const Film film = evaluator.evaluate({point_.x, fields_}, photo, of_residual(spp, photo_));
+  if (gathers()) gather(evaluator, spp);
   const GaussNewton::PhotoEquations seen = point_.gauss_newton.equations(photo_, film);
   point_.equations.add(photo, seen);
   point_.gauss_newton.gather_picture(photo_, seen.whole.residual,
                                      static_cast<double>(spp) / iteration_spp_);
   if (++photo_ < photos) return true;
+  ahead_ = {};
   if (suspended_)
     end_offset();
   else

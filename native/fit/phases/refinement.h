@@ -67,6 +67,12 @@ class Refinement {
  private:
   Observation derivatives(Evaluator& evaluator, int purpose, int portion, int spp,
                           std::size_t index) const;
+  Evaluation of_derivatives(int purpose, int portion, int spp, std::size_t photo) const;
+  Evaluation of_residual(int spp, std::size_t photo) const;
+  int portion_spp(int spp) const;
+  /// Whether this pass takes derivatives.
+  bool gathers() const;
+  void expect(Evaluator& evaluator, int spp);
   void gather_first_jacobians(Evaluator& evaluator);
   /// The derivatives of this photo that go with residuals of `spp` samples.
   void gather(Evaluator& evaluator, int spp);
@@ -98,6 +104,7 @@ class Refinement {
   FieldValues fields_;
   bool has_jacobians_;
   std::size_t photo_ = 0;  ///< the next of this pass
+  Ahead ahead_;            ///< likewise
   std::uint64_t seed_;
   int spp_, iteration_spp_;
   std::vector<int> spps_{};  ///< of the passes that have begun

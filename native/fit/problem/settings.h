@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 
+#include "fit/problem/render_workers.h"
 #include "render/driver/render.h"
 #include "render/film/setting_range.h"
 
@@ -43,6 +45,8 @@ struct FitSettings {
   /// value; 0: a refinement takes all its samples.
   double precision = 0;
   Renderer renderer = render;  ///< a test puts an analytic picture here
+  /// Who renders in its place; null: nobody. Results are the same bit by bit.
+  std::shared_ptr<RenderWorkers> workers{};
 
   int chosen_most_iterations() const { return std::max(iterations, most_iterations); }
   int chosen_validation_spp() const;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "fit/run/stage_worker.h"
 #include "math/fault.h"
 #include "render/shape/shape_gradient.h"
 
@@ -81,6 +82,7 @@ std::unique_ptr<Fit> StagedFit::fit_of(std::size_t stage, const RunPoint& point)
                   fits_no_shape))
     settings.search = "off";
   if (stage + 1 < stages_.size()) settings.refinement = "off";
+  if (settings.workers) settings.workers = workers_of_stage(settings.workers, stage, point);
   std::vector<UnknownParameter> wanted = unknowns_.unknowns_at(one, point);
   if (stage > 0 && !fits_no_shape(one) &&
       std::any_of(stages_.begin(), stages_.begin() + static_cast<std::ptrdiff_t>(stage),

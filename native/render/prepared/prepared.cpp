@@ -182,12 +182,12 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
   if (aims.empty()) boundaries.clear();
 }
 
-template class Prepared<0>;
-template class Prepared<1>;
-template class Prepared<2>;
-template class Prepared<4>;
-template class Prepared<6>;
-template class Prepared<8>;
-template class Prepared<16>;
+template struct Prepared<0>;
+template struct Prepared<1>;
+template struct Prepared<2>;
+template struct Prepared<4>;
+template struct Prepared<6>;
+template struct Prepared<8>;
+template struct Prepared<16>;
 
 }  // namespace selenite

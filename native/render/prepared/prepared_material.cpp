@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "render/prepared/mapped_color.h"
+#include "scene/shader/modes.h"
 
 namespace selenite {
 namespace {
@@ -168,7 +169,9 @@ int PreparedMaterial<L>::slopes_of(const Geometry& geometry, const Hit& hit, con
     } else {
       const int mesh = geometry.instances()[hit.instance].mesh;
       const auto colors = std::ranges::find_if(unknown_colors, [&](const UnknownColors& c) {
-        return c.mesh == mesh && (one.map->attribute.empty() || one.map->attribute == *c.attribute);
+        if (c.mesh != mesh) return false;
+        if (!one.map) return &c == &unknown_colors[static_cast<std::size_t>(-2 - one.field)];
+        return one.map->attribute.empty() || one.map->attribute == *c.attribute;
       });
       if (colors == unknown_colors.end()) continue;
       place = FieldPlace::on_triangle(hit.triangle, hit.b1, hit.b2, colors->field);
@@ -184,6 +187,22 @@ int PreparedMaterial<L>::slopes_of(const Geometry& geometry, const Hit& hit, con
 }
 
 namespace {
+
+std::vector<UnknownColors> unknown_colors_of(const Scene& scene, std::span<const FieldRef> fields) {
+  std::vector<UnknownColors> found;
+  for (std::size_t f = 0; f < fields.size(); ++f)
+    if (const auto* ref = std::get_if<VertexColorsRef>(&fields[f]))
+      found.push_back({ref->mesh, &scene.vertex_colors(*ref).attribute(), static_cast<int>(f)});
+  return found;
+}
+
+/// Whether a shader looks up colours by the name with this number.
+bool looks_up_colors(const Shader& shader, std::size_t name) {
+  return std::ranges::any_of(shader.instructions, [&](const Instruction& code) {
+    return code.op == Op::kAttribute && static_cast<std::size_t>(code.item) == name &&
+           static_cast<AttributeMode>(code.mode) == AttributeMode::kColor;
+  });
+}
 
 /// The maps of a material that are unknown, with the slots of what they give.
 std::vector<UnknownMap> unknown_maps_of(const Scene& scene, std::span<const FieldRef> fields,
@@ -205,33 +224,50 @@ std::vector<UnknownMap> unknown_maps_of(const Scene& scene, std::span<const Fiel
     found.push_back({&images[i].map, slots, images[i].channels, field});
     slots += images[i].channels;
   }
+  const auto& shader = scene.appearance.materials[material].shader;
+  if (!shader || !any_colors) return found;
+  const std::vector<UnknownColors> colors = unknown_colors_of(scene, fields);
+  for (std::size_t name = 0; name < shader->names.size(); ++name) {
+    if (!looks_up_colors(*shader, name)) continue;
+    const std::string& attribute = shader->names[name];
+    bool any = false;
+    for (std::size_t c = 0; c < colors.size(); ++c)
+      if (attribute.empty() || attribute == *colors[c].attribute) {
+        found.push_back({nullptr, slots, 3, -2 - static_cast<int>(c)});
+        any = true;
+      }
+    slots += any ? 3 : 0;
+  }
   return found;
 }
 
-/// Of the textures of a shader; empty: none is unknown.
+/// Of the textures of a shader, and of its colours by their names; empty: none is unknown.
 std::vector<ImageSlots> image_slots_of(const Material& material,
-                                       const std::vector<UnknownMap>& unknown) {
-  std::vector<ImageSlots> slots;
+                                       const std::vector<UnknownMap>& unknown,
+                                       const std::vector<UnknownColors>& colors) {
+  if (unknown.empty()) return {};
+  const Shader& shader = *material.shader;
+  std::vector<ImageSlots> slots(shader.textures.size() + shader.names.size());
   for (const UnknownMap& one : unknown) {
-    slots.resize(material.shader->textures.size());
-    slots[static_cast<std::size_t>(one.map->field)] = {one.slot, one.count};
+    if (one.map) {
+      slots[static_cast<std::size_t>(one.map->field)] = {one.slot, one.count};
+      continue;
+    }
+    const std::string& attribute = *colors[static_cast<std::size_t>(-2 - one.field)].attribute;
+    for (std::size_t name = 0; name < shader.names.size(); ++name)
+      if (looks_up_colors(shader, name) &&
+          (shader.names[name].empty() || shader.names[name] == attribute))
+        slots[shader.textures.size() + name] = {one.slot, one.count};
   }
   return slots;
-}
-
-std::vector<UnknownColors> unknown_colors_of(const Scene& scene, std::span<const FieldRef> fields) {
-  std::vector<UnknownColors> found;
-  for (std::size_t f = 0; f < fields.size(); ++f)
-    if (const auto* ref = std::get_if<VertexColorsRef>(&fields[f]))
-      found.push_back({ref->mesh, &scene.vertex_colors(*ref).attribute(), static_cast<int>(f)});
-  return found;
 }
 
 }  // namespace
 
 int map_slots(const Scene& scene, std::span<const FieldRef> fields, int material) {
   int slots = 0;
-  for (const UnknownMap& one : unknown_maps_of(scene, fields, material)) slots += one.count;
+  for (const UnknownMap& one : unknown_maps_of(scene, fields, material))
+    slots = std::max(slots, one.slot + one.count);
   return slots;
 }
 
@@ -279,7 +315,7 @@ std::vector<PreparedMaterial<L>> prepare_materials(const Scene& scene, const Slo
     if (material.shader) {
       prepared.shader = std::make_shared<const PreparedShader<PathScalar<L>>>(
           material, seeded_constants<L>(material, local, fields),
-          image_slots_of(material, prepared.unknown_maps));
+          image_slots_of(material, prepared.unknown_maps, prepared.unknown_colors));
       prepared.transparent = prepared.shader->may_pass();
       if (prepared.shader->may_enter()) prepare_inside(*scene.geometry, index);
     }

@@ -44,10 +44,10 @@ struct PreparedMedium {
 
 /// A map of a material that is unknown.
 struct UnknownMap {
-  const FieldMap* map;
-  int slot;        ///< the first of the local slots of what it gives
-  int count;       ///< of these: 1, or 3 where every channel depends on every number
-  int field = -1;  ///< of its image among the fields of unknowns; none: the colours of the mesh
+  const FieldMap* map;  ///< null: colours that a shader looks up
+  int slot;             ///< the first of the local slots of what it gives
+  int count;            ///< of these: 1, or 3 where every channel depends on every number
+  int field = -1;       ///< of its image; -1: any colours of the mesh, -2 - i: unknown_colors[i]
 };
 /// Colours of a mesh that are unknown.
 struct UnknownColors {

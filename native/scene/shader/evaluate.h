@@ -22,7 +22,7 @@ template <class T>
 struct Registers {
   std::span<const Color<T>> fixed;
   std::span<Color<T>> own;
-  std::span<const ImageSlots> images{};  ///< one a texture; empty: all are known
+  std::span<const ImageSlots> images{};  ///< of textures, then of colours by name; empty: known
 
   const Color<T>& operator[](int index) const {
     const auto at = static_cast<std::size_t>(index);

@@ -271,9 +271,15 @@ Color<T> execute(const Step<T>& s) {
       return transform_step(s);
     case Op::kGeometry:
       return lifted<T>(input().geometry(s.template mode<GeometryMode>()));
-    case Op::kAttribute:
-      return lifted<T>(input().attribute(s.template mode<AttributeMode>(),
-                                         s.shader.names[static_cast<std::size_t>(code.item)]));
+    case Op::kAttribute: {
+      const auto mode = s.template mode<AttributeMode>();
+      const auto item = static_cast<std::size_t>(code.item);
+      auto found = lifted<T>(input().attribute(mode, s.shader.names[item]));
+      if constexpr (!std::is_same_v<T, scalar_t<T>>)
+        if (mode == AttributeMode::kColor && !s.registers.images.empty())
+          seed(s.registers.images[s.shader.textures.size() + item], found);
+      return found;
+    }
     case Op::kObject:
       return lifted<T>(object_fact(*s.point, s.template mode<ObjectMode>()));
     case Op::kPath:

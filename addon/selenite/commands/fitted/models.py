@@ -42,9 +42,12 @@ if TYPE_CHECKING:
     from ..fit_results import FitReport
 
 SUFFIX = ".models"
-#: Samples of the renders that judge: noise of a small lamp must not hide what a model misses; and
-#: of those in which dark places are looked for.
-_SAMPLES, _SEARCH_SAMPLES = 512, 64
+#: Samples of the renders that judge, at first and at most: noise of a small lamp must not hide what
+#: a model misses; the share of the error that its noise may be; samples of those in which dark
+#: places are looked for.
+_SAMPLES, _MOST_SAMPLES, _NOISE, _SEARCH_SAMPLES = 64, 512, 0.02, 64
+#: Of a medium and its grids, unless others are asked for: more iterations change nothing.
+_ITERATIONS, _PICTURE_SAMPLES = 12, 32
 
 
 def run(
@@ -148,6 +151,9 @@ class _Bench:
             args.grid = [f"{self._quoted}:albedo_grid={start}"]
         if step.form == model_chain.MEDIUM or step.grid:
             args.search = args.search or "off"  # plain steps lead to the same place
+            args.iterations = args.iterations or _ITERATIONS
+            args.picture_spp = args.picture_spp or _PICTURE_SAMPLES
+        args.checks_lights = step.form == model_chain.OPAQUE  # of the same photos once
         return args
 
     def _refined(self, voxels: int, best: Fitted | None) -> str:
@@ -171,10 +177,14 @@ class _Bench:
         free; its upper limit where noise hides it; None without a result folder."""
         if report.folder is None:
             return None
-        found = self._compared(report.folder, _SAMPLES)
-        free = any(row.capture.free_gain != "none" for row in found.rows)
-        error = found.own if free else found.error
-        return error.at_most if error.relative is None else error.relative
+        samples = _SAMPLES
+        while True:
+            found = self._compared(report.folder, samples)
+            free = any(row.capture.free_gain != "none" for row in found.rows)
+            error = found.own if free else found.error
+            if error.noise <= _NOISE or samples >= _MOST_SAMPLES:
+                return error.at_most if error.relative is None else error.relative
+            samples *= 2
 
     def _form(self, form: str, path: Path, best: Fitted | None) -> None:
         """Saves a copy of the scene whose body has that model. Subsurface scattering has the image

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...capture.request import CaptureRequest
 from ...messages import remark, thing
 from ...parameters import Values
 from ...paths import file_stems
@@ -144,8 +145,16 @@ def with_loss(asked: FitSettings) -> FitSettings:
     return replace(asked, loss=LOSS) if asked.loss == FitSettings().loss else asked
 
 
-def remarks(fields: Sequence[FieldUnknown], settings: FitSettings) -> list[str]:
+def remarks(
+    fields: Sequence[FieldUnknown], settings: FitSettings, captures: Sequence[CaptureRequest]
+) -> list[str]:
     """What differs from other fits while vertices move."""
+    if not any(isinstance(item, VerticesUnknown) for item in fields):
+        return []
+    text = "its silhouette is that of the start, and hides where the shape should go; give a mask"
+    cut = [
+        remark(thing("Photo", item.photo), text) for item in captures if item.silhouette is not None
+    ]
     by_loss = f"by the loss {LOSS}, " if with_loss(settings) != settings else ""
     return [
         remark(
@@ -154,7 +163,7 @@ def remarks(fields: Sequence[FieldUnknown], settings: FitSettings) -> list[str]:
         )
         for item in fields
         if isinstance(item, VerticesUnknown)
-    ]
+    ] + cut
 
 
 def _check_single(scene: SceneValues, owner: ObjectValues, title: str) -> None:

@@ -55,7 +55,10 @@ class SELENITE_OT_fit_models(RunsCommand):
         job = command_job("selenite-models-")
         model = "auto" if scene.selenite.body == AS_TICKED else scene.selenite.body
         words = ["fit", str(job.scene_file), f"--model={material.name}:{model}"]
-        words += [f"--out={output_folder(scene)}", *settings_words(fit_settings(scene))]
+        words += [
+            f"--out={output_folder(scene)}",
+            *settings_words(fit_settings(scene), scene.selenite.preset),
+        ]
         return job, words
 
     def _end(self, scene: bpy.types.Scene, report: Mapping[str, object]) -> set[str]:

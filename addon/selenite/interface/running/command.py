@@ -11,7 +11,7 @@ from typing import cast
 
 import bpy
 
-from ...fit.settings import FitSettings
+from ...fit.settings import PRESETS, FitSettings
 from ...problems import BadInput
 from ...scene_read.blender_process import BlenderProcess, ProcessFailed
 from ..problem_reports import report_problems
@@ -29,10 +29,12 @@ def command_job(prefix: str) -> BlenderProcess:
     return BlenderProcess(_MODULE, prefix)
 
 
-def settings_words(settings: FitSettings) -> list[str]:
-    """Options of `selenite fit`."""
-    words = []
+def settings_words(settings: FitSettings, preset: str) -> list[str]:
+    """Options of `selenite fit`: the preset, and what differs from it."""
+    words, usual = [f"--preset={preset}"], asdict(PRESETS[preset])
     for name, value in asdict(settings).items():
+        if value == usual[name]:
+            continue
         option = f"--{name.replace('_', '-')}"
         if value is True:
             words.append(option)

@@ -75,11 +75,16 @@ void PartsPhase::begin_round(const Vector& x) {
 
 void PartsPhase::learn(const Vector& x) {
   std::vector<Observation> seen;
-  for (std::size_t i = 0; i < part_->photos.size(); ++i) {
-    const int index = static_cast<int>(i);
-    const std::uint64_t own = seed_of(seed(), kLearning, index);
-    seen.push_back(
-        {index, part_->evaluator.evaluate({x, at_.fields}, part_->photos[i], {spp(), own}), {}});
+  const Point at{x, at_.fields};
+  const std::vector<Photo>& photos = part_->photos;
+  const auto how = [&](std::size_t i) {
+    return Evaluation{spp(), seed_of(seed(), kLearning, static_cast<int>(i))};
+  };
+  Ahead ahead;
+  for (std::size_t i = 0; i < photos.size(); ++i) {
+    ahead.reach(part_->evaluator, i, photos.size(),
+                [&](std::size_t k) { part_->evaluator.expect(at, photos[k], how(k)); });
+    seen.push_back({static_cast<int>(i), part_->evaluator.evaluate(at, photos[i], how(i)), {}});
   }
   PhotoWeights& weights = *part_->problem.weights;
   weights.learn(seen, 0, 1);

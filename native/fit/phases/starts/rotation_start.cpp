@@ -64,11 +64,15 @@ std::size_t RotationStart::best() const {
 bool RotationStart::step(Evaluator& evaluator) {
   const Vector x = at(angles_[misfits_.size()]);
   double both = 0, squares = 0, photos = 0;
+  // Equal seeds for all angles: what their noise has in common decides nothing.
+  const auto how = [&](std::size_t i) {
+    return Evaluation{options_.spp, seed_of(seed_, 0, static_cast<int>(i))};
+  };
+  Ahead ahead;
   for (std::size_t i = 0; i < photos_.size(); ++i) {
-    // Equal seeds for all angles: what their noise has in common decides nothing.
-    const Halves seen = residual_halves(
-        evaluator.evaluate({x}, photos_[i], {options_.spp, seed_of(seed_, 0, static_cast<int>(i))}),
-        photos_[i]);
+    ahead.reach(evaluator, i, photos_.size(),
+                [&](std::size_t k) { evaluator.expect({x}, photos_[k], how(k)); });
+    const Halves seen = residual_halves(evaluator.evaluate({x}, photos_[i], how(i)), photos_[i]);
     for (Eigen::Index k = 0; k < seen.residual_a.size(); ++k) {
       const auto pixel = static_cast<std::size_t>(k / 3);
       const double photo = photos_[i].reference[pixel][static_cast<int>(k % 3)];
