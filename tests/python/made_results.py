@@ -23,20 +23,23 @@ def made_fit(found: Mapping[str, Any] | None = None) -> Any:
     core, given = native.core(), dict(found or {})
     report = dict(given.pop("report", {}))
     report["parameters"] = {
-        name: _made(core.ParameterConfidence, row)
+        name: _made(
+            core.ParameterConfidence, {"samples_factor": [0.0] * len(row["determined"])} | dict(row)
+        )
         for name, row in report.get("parameters", {}).items()
     }
     report["weak_directions"] = [
         _made(core.WeakDirection, row) for row in report.get("weak_directions", ())
     ]
     report["misfit"] = _made(core.Misfit, EXPLAINED | report.get("misfit", {}))
-    nothing = {"passes": 0, "alternative_minima": [], "ambiguous": []}
+    nothing = {"passes": 0, "spp": 0, "alternative_minima": [], "ambiguous": []}
     photo = {
         "residual_rms": 0.0, "unexplained": 0.0, "shift": None, "gain": None,
         "gain_interval_90": None,
     }  # fmt: skip
     search = {"points": 0, "moved": False, "start_loss": 0.0, "loss": 0.0, "standard_error": 0.0}
     model_error = {"relative": 0.0, "absolute": 0.0, "shift": 0.0}
+    shape_steps = {"turning": 0, "intersecting": 0, "given_up": 0}
     stages = given.pop("stages", None)
     nested = {
         "report": _made(core.TrustReport, nothing | report),
@@ -47,6 +50,7 @@ def made_fit(found: Mapping[str, Any] | None = None) -> Any:
         },
         "search": _made(core.Search, search | given.pop("search", {})),
         "model_error": _made(core.ModelError, model_error | given.pop("model_error", {})),
+        "shape_steps": _made(core.ShapeSteps, shape_steps | given.pop("shape_steps", {})),
         "stages": stages and [_made(core.FoundStage, row) for row in stages],
     }
     values = {

@@ -54,6 +54,7 @@ def test_a_colour_has_a_line_for_each_channel_and_one_verdict() -> None:
     result.report.parameters["Jade:base_color"] = SimpleNamespace(
         standard_error=[0.01] * 3, determined=[True] * 3, at_bound=[None] * 3,
         interval_90=[(0.19, 0.21), (0.39, 0.41), (0.59, 0.61)], correlated_with=[None] * 3,
+        samples_factor=[0.0] * 3,
     )  # fmt: skip
     found = lines(plan, FinishedFit(result))
     names = ["Jade:base_color red", "Jade:base_color green", "Jade:base_color blue"]

@@ -105,6 +105,16 @@ def test_a_value_that_is_known_has_error_and_interval() -> None:
     assert trust.words(ROUGHNESS, result()) == ["90 %: 0.280 to 0.320"]
 
 
+@pytest.mark.parametrize(("factor", "words"), [(2.53, "2.5"), (12.3, "12")])
+def test_a_value_less_sure_than_asked_has_the_samples_that_it_takes(
+    factor: float, words: str
+) -> None:
+    found = result()
+    found.report.parameters["Body:roughness"].samples_factor = [factor]
+    (_, text) = trust.words(ROUGHNESS, found)
+    assert text.startswith(f"less sure than asked: it would take about {words} times the samples")
+
+
 def test_a_small_misfit_is_not_said_to_be_0_percent() -> None:
     (words,) = trust.words(ROUGHNESS, result(value=9e-6, explained=False))
     assert "with 0.3 % unexplained" in words
