@@ -189,10 +189,11 @@ class ClusterWorkers:
         if not who:
             return  # it waits for a place
         asked.late_of |= who
+        if silent := sorted(who - self._silent):
+            self._say(
+                f"warning: {listed(silent)} has not answered for {took:.0f} s; others do its work"
+            )
         self._silent |= who
-        self._say(
-            f"warning: {listed(sorted(who))} has not answered for {took:.0f} s; others do its work"
-        )
         self._renew(asked)
 
     def _ask_again(self, asked: _Asked, error: BaseException) -> None:
