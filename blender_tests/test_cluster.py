@@ -98,7 +98,7 @@ def plain(plan):
     return ended(job)
 
 
-def started(plan, client, say=lambda _: None, soonest=2.0):
+def started(plan, client, say=lambda _: None, soonest=60.0):
     workers = ClusterWorkers(client, parcel_of(plan), say=say, soonest=soonest)
     job = FitJob(plan, workers=workers)
     job.start()
@@ -141,7 +141,7 @@ def test_a_worker_that_is_killed_is_replaced(captured):
 def test_a_worker_that_hangs_is_left_alone(captured):
     plan, said = plan_of(captured, iterations=30), []
     with cluster() as client:
-        job = started(plan, client, said.append)
+        job = started(plan, client, said.append, soonest=5.0)
         wait_for(job, 3)
         pid = next(iter(client.run(os.getpid).values()))
         os.kill(pid, signal.SIGSTOP)
@@ -273,3 +273,39 @@ def test_nobody_at_the_address_is_told(captured, tmp_path, capsys, unused_port, 
     status, report, _ = command(capsys, *words)
     assert status == 2
     assert "no scheduler answers at" in report["problems"][0]["cause"]
+
+
+def test_a_batch_sends_whole_fits(captured, tmp_path, capsys):
+    scene, _, photos = captured
+    file = tmp_path / "fits.toml"
+    file.write_text(f"""
+    [defaults]
+    scene = "{scene}"
+    photo = {{ "{CAMERAS[0]}" = "{photos[CAMERAS[0]]}" }}
+    fit = "Body:base_color"
+    height = 12
+    iterations = 4
+    spp = 4
+    picture_spp = 4
+    [[fit]]
+    name = "one"
+    [[fit]]
+    name = "missing"
+    scene = "nowhere.blend"
+    [[fit]]
+    name = "two"
+    seed = 1
+    """)
+    status, report, err = command(capsys, "batch", str(file), "--scheduler=local:2")
+    assert status == 1 and "1 of 3 fits have no result: 'missing'" in err
+    rows = {row["name"]: row for row in report["fits"]}
+    assert [rows[name]["status"] for name in ("one", "missing", "two")] == [
+        "done", "refused", "done",
+    ]  # fmt: skip
+    assert "nowhere.blend" in rows["missing"]["reasons"][0]
+    out = tmp_path / "fits-fits"
+    assert (out / rows["two"]["folder"] / "result.json").is_file()
+    assert "fitting" in (out / "two.log").read_text()
+    status, again, err = command(capsys, "batch", str(file), "--scheduler=local:1")
+    assert "2 of 3 fits have ended before" in err
+    assert [row["folder"] for row in again["fits"]] == [row["folder"] for row in report["fits"]]

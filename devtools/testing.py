@@ -67,9 +67,9 @@ def _run_suites(options: argparse.Namespace) -> int:
     wanted = [name for name in SUITES if _is_wanted(name, options)]
     tallies = {}
     lines = []
-    beside = [name for name in wanted if name != "window"]
-    if beside:
-        say(f"tests: {', '.join(beside)}")
+    others = [name for name in wanted if name != "window"]
+    if others:
+        say(f"tests: {', '.join(others)}")
     native = NativeSuite(options) if "native" in wanted else None
     with_pytest = [name for name in wanted if name in PYTEST_SUITES]
     runs = [run for name in with_pytest for run in PYTEST_SUITES[name](options)]

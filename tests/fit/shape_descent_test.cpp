@@ -162,7 +162,7 @@ TEST(ShapeDescent, CanBeCancelled) {
   job.cancel();
   job.join();
   EXPECT_EQ(job.state().stopped, StopReason::kCancelled);
-  EXPECT_TRUE(job.state().error.empty());
+  EXPECT_TRUE(job.state().faults.empty());
 }
 
 Stage stage_of(const Scene& scene, const std::vector<Photo>& photos, const std::string& name,

@@ -11,17 +11,29 @@ from typing import TYPE_CHECKING
 from .terminal import say
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from ..fit.cluster.workers import ClusterWorkers
     from ..fit.plan import FitPlan
 
 
-def add_scheduler(add: Callable[..., object]) -> None:
-    """Of a fit and of a batch."""
-    scheduler = "dask scheduler whose workers render: tcp://HOST:PORT, tls://HOST:PORT, or local:N "
-    scheduler += "for N processes of this machine"
+def add_scheduler(add: Callable[..., object], work: str) -> None:
+    """work: what workers do."""
+    scheduler = f"dask scheduler whose workers {work}: tcp://HOST:PORT, tls://HOST:PORT, or "
+    scheduler += "local:N for N processes of this machine"
     add("--scheduler", metavar="ADDRESS", help=scheduler)
     unencrypted = "permits tcp:// to another machine"
     add("--unencrypted", action="store_true", help=unencrypted)
+
+
+@contextmanager
+def client_for(args: argparse.Namespace) -> Iterator[Client]:
+    """Of the scheduler that --scheduler names. Raises BadInput."""
+    from ..fit.cluster.address import address_of
+    from ..fit.cluster.scheduler import connected
+
+    with connected(address_of(args.scheduler, unencrypted=args.unencrypted)) as client:
+        yield client
 
 
 @contextmanager
@@ -30,12 +42,10 @@ def workers_for(args: argparse.Namespace, plan: FitPlan) -> Iterator[ClusterWork
     if not args.scheduler:
         yield None
         return
-    from ..fit.cluster.address import address_of
     from ..fit.cluster.parcel import parcel_of
-    from ..fit.cluster.scheduler import connected
     from ..fit.cluster.workers import ClusterWorkers
 
-    with connected(address_of(args.scheduler, unencrypted=args.unencrypted)) as client:
+    with client_for(args) as client:
         workers = ClusterWorkers(
             client, parcel_of(plan), threads=plan.request.settings.threads, say=say
         )

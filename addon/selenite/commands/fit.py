@@ -90,7 +90,7 @@ def fitted(args: argparse.Namespace) -> FitReport:
         if resumes:
             say(f"going on after {job.progress().iteration} iterations")
         recorder = Recorder(unfinished, plan.request, run.inputs)
-        result = _fit(job, recorder, resumed=resumes)
+        result = _fit(job, recorder, keeps=resumes or workers is not None)
     return deliver(args, scene, values, plan, result, out, save, recorder, checks)
 
 
@@ -178,9 +178,10 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     return scene, values, plan, replace(run, inputs=run.inputs or now)
 
 
-def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FinishedFit:
+def _fit(job: FitJob, recorder: Recorder, *, keeps: bool) -> FinishedFit:
     """Runs to the end; Ctrl+C stops and keeps the best values so far. Of a fit that fails before
-    its first iteration no folder stays; then raises BadInput, else FitFailed."""
+    its first iteration no folder stays, unless it `keeps` it; then raises BadInput, else FitFailed.
+    """
     job.start()
     stage, trouble = "", ""
     overall = Overall(job.plan)
@@ -205,7 +206,7 @@ def _fit(job: FitJob, recorder: Recorder, *, resumed: bool) -> FinishedFit:
         say("stopping; the best values so far are kept")
         job.cancel()
     except FitFailed as error:
-        if resumed or job.so_far().iterations:
+        if keeps or job.so_far().iterations:
             raise
         recorder.finished()
         raise BadInput(error.problems) from error

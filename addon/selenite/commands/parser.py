@@ -232,7 +232,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     )
     add("--tolerance", type=float, help="stop when the loss falls below; 0: never")
     add_of_fits(add)
-    add_scheduler(parser.add_argument_group("where it runs").add_argument)
+    add_scheduler(parser.add_argument_group("where it runs").add_argument, "render")
     add = parser.add_argument_group("results").add_argument
     add("--picture-spp", type=int, help="samples per pixel of the pictures in the result folder")
     add("--resume", metavar="DIR", help="goes on with the run of a folder <date>_<time>.unfinished")
@@ -252,6 +252,7 @@ def _add_batch(commands: argparse._SubParsersAction) -> None:
     jobs = "fits that run at once; each has its share of the threads (%(default)s)"
     add("--jobs", type=_at_least(1), default=1, metavar="N", help=jobs)
     add("--again", action="store_true", help="repeats fits that have ended before")
+    add_scheduler(add, "run fits")
     out = "gets fits.csv, index.html and a folder for each fit; default: FILE-fits beside FILE"
     parser.add_argument_group("results").add_argument("--out", metavar="DIR", help=out)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..messages import control
 from ..problems import BadInput, Problem, choice, listed
-from .values import ObjectValues, SceneValues
+from .values import MapValues, ObjectValues, SceneValues
 
 #: What a new attribute is called where no material names it.
 NEW_COLORS = "Selenite"
@@ -96,7 +96,11 @@ def new_colors(scene: SceneValues, owner: ObjectValues, title: str) -> NewColors
     if not mesh.own_vertices:
         cause = "modifiers move its vertices or make others"
         raise BadInput(Problem(title, cause, "apply the modifiers, or switch them off in renders"))
-    fixed = [item.name for item in used if item.shader is not None or "base_color" in item.maps]
+    fixed = [
+        item.name
+        for item in used
+        if item.shader is not None or "base_color" in item.maps or "base_color" not in item.values
+    ]
     if not asked and (fixed or not used):
         cause = f"the base colour of material '{fixed[0]}' is no constant" if fixed else ""
         cause = cause or "it has no material"
@@ -110,3 +114,8 @@ def new_colors(scene: SceneValues, owner: ObjectValues, title: str) -> NewColors
         np.ascontiguousarray(mesh.triangles, np.int32).ravel(),
         () if asked else tuple(item.name for item in used),
     )
+
+
+def color_map(attribute: str) -> MapValues:
+    """A parameter that comes from a colour attribute."""
+    return MapValues(None, attribute)

@@ -15,16 +15,23 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ...atomic_files import write_json
 from ...fit.checkpoint import SUFFIX
+from ...fit.cluster.workers import share_of
 from ...json_text import read_json
 from ...paths import absolute, why_not_folder
 from ...problems import BadInput, Problem, listed, problems_in
 from ...report.batch_page import PAGE, Ended, write_pages
 from .. import arguments
+from ..cluster_arguments import client_for
 from ..terminal import bar, say
 from .entries import Entry, read_entries
+from .there import Task, ThereProcess
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 STATE = "batch.json"
 SCHEMA = 1
@@ -38,16 +45,26 @@ def run(args: argparse.Namespace) -> dict[str, object]:
     then the key `error` names it."""
     path = absolute(args.file)
     entries = read_entries(path)
-    words = host()
     out = absolute(args.out) if args.out else path.with_name(f"{path.stem}-fits")
     if why := why_not_folder(out):
         raise BadInput(Problem(f"Folder '{out}'", why, arguments.OTHER_FOLDER))
     out.mkdir(parents=True, exist_ok=True)
-    batch = Batch(entries, path.parent, out, words, again=args.again)
+    if not args.scheduler:
+        return _fitted(Batch(entries, path.parent, out, host(), again=args.again), args.jobs)
+    with client_for(args) as client:
+        batch = ClusterBatch(entries, path.parent, out, client, again=args.again)
+        return _fitted(batch, max(args.jobs, batch.at_once))
+
+
+def _fitted(batch: Batch, jobs: int) -> dict[str, object]:
+    """What is left, fitted."""
     if batch.kept:
-        say(f"{len(batch.kept)} of {len(entries)} fits have ended before; --again repeats them")
+        count = len(batch.rows())
+        say(f"{len(batch.kept)} of {count} fits have ended before; --again repeats them")
     try:
-        _work(batch, args.jobs)
+        _work(batch, jobs)
+    except KeyboardInterrupt:
+        return _report(batch) | {"error": "interrupted"}
     finally:
         batch.close()
     return _report(batch)
@@ -58,7 +75,7 @@ class _Running:
     """A fit in its process. log: what it says."""
 
     entry: Entry
-    process: subprocess.Popen[bytes]
+    process: subprocess.Popen[bytes] | ThereProcess
     place: tempfile.TemporaryDirectory[str]
     since: float
     resumes: bool
@@ -126,7 +143,7 @@ class Batch:
             self._write()
 
     def _taken(self, one: _Running) -> Ended:
-        status = one.process.returncode
+        status = one.process.poll() or 0
         try:
             found = read_json(Path(one.place.name) / "out")
         except ValueError:
@@ -153,7 +170,7 @@ class Batch:
         """Ends what runs. Its unfinished run stays, and the next call goes on with it."""
         for one in self.running:
             with suppress(ProcessLookupError):
-                if os.name == "posix":
+                if isinstance(one.process, subprocess.Popen) and os.name == "posix":
                     os.killpg(one.process.pid, signal.SIGKILL)
                 else:
                     one.process.kill()
@@ -173,6 +190,31 @@ class Batch:
             {"schema": SCHEMA, "fits": [row.as_json() for row in rows]},
         )
         write_pages(self.out, rows)
+
+
+class ClusterBatch(Batch):
+    """The same by the workers of a cluster: they have the files of the batch under the same paths,
+    and Blender as a module."""
+
+    def __init__(
+        self, entries: Sequence[Entry], home: Path, out: Path, client: Client, again: bool
+    ) -> None:
+        """As of Batch. Raises BadInput where there is no worker."""
+        self._client = client
+        self._share, self.at_once = share_of(client)
+        super().__init__(entries, home, out, (), again)
+
+    def _start(self, entry: Entry, unfinished: Path | None, threads: int | None) -> None:
+        place = tempfile.TemporaryDirectory(prefix="selenite-batch-", ignore_cleanup_errors=True)
+        folder = self.out / entry.name
+        kept = (f"--out={folder}", "--json")
+        resumed = None if self._again else ("fit", *entry.resumed_words, *kept)
+        task = Task(
+            ("fit", *entry.words, *kept), resumed, str(folder), str(self._home),
+            str(_log(self.out, entry)),
+        )  # fmt: skip
+        process = ThereProcess(self._client, task, self._share, SUFFIX, Path(place.name) / "out")
+        self.running.append(_Running(entry, process, place, time.monotonic(), False))
 
 
 def _work(batch: Batch, jobs: int) -> None:

@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import asyncio
+import concurrent.futures
 import itertools
+import statistics
 import time
+from collections import deque
 from collections.abc import Callable
-from concurrent.futures import CancelledError
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from ...messages import thing
 from ...problems import BadInput, Problem, listed
@@ -17,10 +20,11 @@ from .worker import Share
 
 if TYPE_CHECKING:
     from distributed import Client, Future
+    from tornado.platform.asyncio import BaseAsyncIOLoop
 
     from .parcel import Parcel
 
-#: An answer is late after so many times what the slowest took for the same work, and not before
+#: An answer is late after so many times what others took for the same work, and not before
 #: so many seconds; before the first answer after so many.
 _LATE, _SOONEST, _FIRST = 20.0, 20.0, 900.0
 #: How often a question is asked anew before the fit ends.
@@ -35,14 +39,20 @@ class ClusterFailed(RuntimeError):
 
 @dataclass
 class _Asked:
-    """A question, and who is asked."""
+    """A question, its task, and the answer on its way here. late_of: who has not answered."""
 
     question: bytes
     work: float
-    future: Future
+    task: Future
+    fetched: concurrent.futures.Future[object]
     since: float
     tries: int = 1
     late_of: set[str] = field(default_factory=set)
+
+    def drop(self) -> None:
+        """Nobody waits for this task any more."""
+        self.fetched.cancel()
+        self.task.release()
 
 
 class ClusterWorkers:
@@ -63,66 +73,67 @@ class ClusterWorkers:
         self._numbers = itertools.count(1)
         self._asked: dict[int, _Asked] = {}
         self._silent: set[str] = set()  # workers that are not asked any more
-        self._pace = 0.0  # seconds for a unit of work, of the slowest answer
+        self._paces: deque[float] = deque(maxlen=99)  # seconds for a unit of work
         self._lost_since: float | None = None  # the scheduler, by the clock
-        known = _workers(client)
-        if not known:
-            raise BadInput(Problem("Cluster", "it has no worker", "start one with dask worker"))
-        hosts = [str(about["host"]) for about in known.values()]
-        processes = max(hosts.count(host) for host in hosts)
+        processes, self.busy_with = share_of(client)
         self._share = Share(parcel.digest, processes, threads)
-        self.busy_with = sum(int(about["nthreads"]) for about in known.values())
         self._data = self._sent()
-        self._compare(list(known))
+        self._compare(list(_workers(client)))
 
     def ask(self, question: bytes, work: float) -> int:
         """Hands on a question of so much work; returns at once."""
         number = next(self._numbers)
-        future = self._submit(question, set())
-        self._asked[number] = _Asked(question, work, future, time.monotonic())
+        self._asked[number] = _Asked(question, work, *self._submit(question, set()))
         return number
 
     def answer(self, number: int, seconds: float) -> bytes | None:
         """The answer, or None where there is none after so many seconds. Raises ClusterFailed."""
-        from distributed import TimeoutError as NotYet
-
         asked = self._asked[number]
         if not self._connected():
             time.sleep(seconds)
             return None
         try:
-            found = asked.future.result(timeout=seconds)
-        except NotYet:
+            found = asked.fetched.result(timeout=seconds)
+        except concurrent.futures.TimeoutError:
             self._ask_others(asked)
             return None
-        except (Exception, CancelledError) as error:
+        except (Exception, concurrent.futures.CancelledError, asyncio.CancelledError) as error:
             if self._connected():
                 self._ask_again(asked, error)
             return None
         if not isinstance(found, bytes):
             raise ClusterFailed(f"a worker answers with {type(found).__name__} in place of bytes")
-        took = time.monotonic() - asked.since
-        self._pace = max(self._pace, took / asked.work)
-        del self._asked[number]
+        self._paces.append((time.monotonic() - asked.since) / asked.work)
+        self.forget(number)
         return found
 
     def forget(self, number: int) -> None:
         """Nobody wants the answer."""
         asked = self._asked.pop(number, None)
         if asked is not None:
-            asked.future.release()
+            asked.drop()
 
-    def _submit(self, question: bytes, without: set[str]) -> Future:
-        avoided = self._silent | without
-        others = (
-            [name for name in _workers(self._client) if name not in avoided] if avoided else None
-        )
-        if others == []:
-            raise ClusterFailed("no worker of the cluster answers any more")
-        return self._client.submit(
+    def _submit(
+        self, question: bytes, without: set[str]
+    ) -> tuple[Future, concurrent.futures.Future[object], float]:
+        """The task, its answer on the way, and now. Silent workers are left out, while there are
+        others."""
+        others: list[str] = []
+        if avoided := self._silent | without:
+            others = [name for name in _workers(self._client) if name not in avoided]
+            if not others:
+                self._silent.clear()
+        task = self._client.submit(
             worker.answer, self._data, self._share, question,
-            pure=False, workers=others, allow_other_workers=False, retries=1,
+            pure=False, workers=others or None, allow_other_workers=False, retries=1,
         )  # fmt: skip
+
+        async def fetch() -> object:
+            return await self._client.gather(task, asynchronous=True)
+
+        loop = cast("BaseAsyncIOLoop", self._client.loop).asyncio_loop
+        fetched = asyncio.run_coroutine_threadsafe(fetch(), loop)
+        return task, fetched, time.monotonic()
 
     def _sent(self) -> Future:
         return self._client.scatter(self._parcel.data, broadcast=True, hash=False)
@@ -151,17 +162,13 @@ class ClusterWorkers:
     def _ask_others(self, asked: _Asked) -> None:
         """Where an answer is late, whoever has the question is left alone from now on."""
         took = time.monotonic() - asked.since
-        late = max(self._soonest, _LATE * self._pace * asked.work) if self._pace else _FIRST
+        pace = statistics.median(self._paces) if self._paces else 0.0
+        late = max(self._soonest, _LATE * pace * asked.work) if pace else _FIRST
         if took < late:
             return
-        who = {
-            name
-            for name, keys in self._client.processing().items()
-            if any(asked.future.key == key for key in keys)
-        }
-        who |= set(self._client.who_has([asked.future]).get(asked.future.key, ()))
+        who = set(self._client.who_has([asked.task]).get(asked.task.key, ()))
+        who |= {name for name, keys in self._client.processing().items() if asked.task.key in keys}
         asked.since = time.monotonic()
-        who -= asked.late_of
         if not who:
             return  # it waits for a place
         asked.late_of |= who
@@ -180,9 +187,8 @@ class ClusterWorkers:
         self._renew(asked)
 
     def _renew(self, asked: _Asked) -> None:
-        asked.future.release()
-        asked.future = self._submit(asked.question, asked.late_of)
-        asked.since = time.monotonic()
+        asked.drop()
+        asked.task, asked.fetched, asked.since = self._submit(asked.question, asked.late_of)
 
     def _connected(self) -> bool:
         """Raises ClusterFailed where the scheduler has been away for too long."""
@@ -196,6 +202,17 @@ class ClusterWorkers:
                 "the scheduler does not answer; start it again, and go on with --resume"
             )
         return False
+
+
+def share_of(client: Client) -> tuple[int, int]:
+    """Workers of a machine at most, and how many tasks all of them take at once. Raises
+    BadInput."""
+    known = _workers(client).values()
+    if not known:
+        raise BadInput(Problem("Cluster", "it has no worker", "start one with dask worker"))
+    hosts = [str(about["host"]) for about in known]
+    at_once = sum(int(about["nthreads"]) for about in known)
+    return max(hosts.count(host) for host in hosts), at_once
 
 
 def _workers(client: Client) -> dict[str, dict]:

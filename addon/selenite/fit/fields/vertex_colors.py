@@ -12,8 +12,8 @@ import numpy as np
 from ...parameters import Values
 from ...paths import file_stems
 from ...problems import BadInput, Problem
-from ...scene_read.mesh_colors import new_colors, object_of, shown_colors
-from ...scene_read.values import MapValues, SceneValues
+from ...scene_read.mesh_colors import color_map, new_colors, object_of, shown_colors
+from ...scene_read.values import SceneValues
 from ..field_kinds import field_kind
 from ..request import UnknownRequest
 from ..settings import FitSettings
@@ -61,9 +61,8 @@ class VertexColorsUnknown(SurfaceUnknown):
             colors, of_fit = (*colors, entry), (*of_fit, stored)
         mesh = replace(mesh, colors=colors, stored_colors=of_fit)
         meshes = [mesh if i == self.mesh else item for i, item in enumerate(scene.meshes)]
-        colour = MapValues(texture=None, attribute=own)
         materials = [
-            replace(item, maps=item.maps | {"base_color": colour})
+            replace(item, maps=item.maps | {"base_color": color_map(own)})
             if item.name in self.materials
             else item
             for item in scene.materials

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from ... import native, parameters
@@ -33,7 +33,7 @@ class Stage:
     captures: list[Capture]
     scene: _core.Scene
     fields: tuple[FieldUnknown, ...]
-    source: SceneValues  # what the scene was built of
+    source: SceneValues = field(default_factory=SceneValues)  # what the scene was built of
 
     def native(self) -> _core.Stage:
         """What the native Fit takes."""

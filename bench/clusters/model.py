@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Steps of a fit by any number of workers, of measured times and modelled links."""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass
+class Parts:
+    """A question: seconds to answer it, and bytes of both."""
+
+    seconds: float
+    sent: int
+    received: int
+
+
+@dataclass
+class Model:
+    """Steps as batches of pictures, each of which ends before the next begins. each: seconds of the
+    fit for a picture. way, asking: seconds of a question to a worker and back, and those of them
+    that keep the fit from other work."""
+
+    batches: list[list[Parts]]
+    steps: int
+    each: float
+    way: float
+    asking: float
+
+    def step(self, workers: int, bandwidth: float = np.inf, latency: float = 0.0) -> float:
+        """Mean seconds with so many workers of a thread each; photos go to whoever is free first,
+        all bytes over the one link of the fit."""
+        ends = (self._end(batch, workers, bandwidth, latency) for batch in self.batches)
+        return sum(ends) / self.steps
+
+    def _end(self, batch: list[Parts], workers: int, bandwidth: float, latency: float) -> float:
+        free = [0.0] * workers
+        asked = link = now = len(batch) * self.asking
+        arrivals = []
+        for index, picture in enumerate(batch):
+            asked = (index + 1) * self.asking + picture.sent / bandwidth
+            begin = max(heapq.heappop(free), asked + self.way / 2 + latency)
+            heapq.heappush(free, begin + picture.seconds)
+            arrivals.append((begin + picture.seconds, picture.received))
+        for done, size in arrivals:  # they are wanted in this order
+            link = max(link, done) + size / bandwidth
+            now = max(now, link + latency + self.way / 2) + self.each
+        return now
+
+    def of_photos(self, photos: int) -> Model:
+        """The same of so many photos."""
+        batches = [(one * -(-photos // len(one)))[:photos] for one in self.batches]
+        return Model(batches, self.steps, self.each, self.way, self.asking)
