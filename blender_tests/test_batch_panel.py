@@ -2,6 +2,7 @@
 """All captured objects from the panel: a fit for each material, and its page."""
 
 import json
+import time
 import tomllib
 from pathlib import Path
 
@@ -10,8 +11,13 @@ import drawn_panels
 import made_scenes as made
 import pytest
 
+from selenite.capture.captures_file import write_captures_file
+from selenite.capture.request import with_ids
+from selenite.capture.scene_captures import captures_of
 from selenite.cli import main
 from selenite.interface import panels, state
+from selenite.interface.operators import batch
+from selenite.interface.running.command import command_job
 
 pytestmark = [pytest.mark.blender, pytest.mark.usefixtures("addon")]
 
@@ -72,3 +78,27 @@ def test_what_is_missing_is_said_at_once(tmp_path):
     with pytest.raises(RuntimeError, match="no parameter of a material is ticked"):
         bpy.ops.selenite.fit_objects()
     assert not (tmp_path / "fits").exists()
+
+
+def test_a_batch_that_is_stopped_reports_what_it_has(tmp_path):
+    settings = two_balls(tmp_path)
+    settings.preset, settings.iterations = "accurate", 5000
+    text = batch._toml(bpy.context.scene, list(batch._tables(bpy.context.scene)))
+    made.save(tmp_path / "scene.blend")
+    captures = with_ids(captures_of(bpy.context.scene), ["Camera"])
+    write_captures_file(tmp_path / "captures.json", captures)
+    (tmp_path / "objects.toml").write_text(text)
+    job = command_job("selenite-test-")
+    try:
+        job.ask({"words": ["batch", str(tmp_path / "objects.toml"), f"--out={tmp_path / 'out'}"]})
+        job.start()
+        while "Body" not in job.progress().text:
+            assert job.progress().running
+            time.sleep(0.1)
+        job.ask_to_stop()
+        report = job.result()["command"]
+    finally:
+        job.close()
+    assert report["error"] == "interrupted"
+    assert {fit["status"] for fit in report["fits"]} == {"waiting"}
+    assert (tmp_path / "out" / "index.html").is_file()

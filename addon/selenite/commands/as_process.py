@@ -9,7 +9,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ..scene_read.blender_process import STOP
@@ -23,13 +23,15 @@ _POLL = 0.2
 def run(
     folder: Path, request: Mapping[str, Sequence[str]], note: Callable[[float, str], None]
 ) -> dict[str, object]:
-    """Runs the command of `words`; its report under "command", as a part of it may have failed.
-    Raises BadInput, and what the command raises."""
+    """Runs the command of `words`; its report under "command", as a part of it may have failed. An
+    empty report: it was stopped before it had anything. Raises BadInput, and what the command
+    raises."""
     args = build_parser().parse_args(request["words"])
     args.parser = build_parser()
     command = importlib.import_module(args.module, __package__.rpartition(".")[0])
-    with heard(note), _interrupted_by(folder / STOP):
+    with heard(note), suppress(KeyboardInterrupt), _interrupted_by(folder / STOP):
         return {"command": dict(command.run(args))}
+    return {}
 
 
 @contextmanager

@@ -63,6 +63,8 @@ def _fitted(batch: Batch, jobs: int) -> dict[str, object]:
         say(f"{len(batch.kept)} of {count} fits have ended before; --again repeats them")
     try:
         _work(batch, jobs)
+    except KeyboardInterrupt:
+        return _report(batch) | {"error": "interrupted"}
     finally:
         batch.close()
     return _report(batch)

@@ -110,11 +110,11 @@ class RunsCommand(Ticking, bpy.types.Operator):  # type: ignore[misc]
         self._over(context)
         assert job is not None
         try:
-            report = cast("Mapping[str, object]", job.result()["command"])
-            if not self.command.keeps or scene is None:
+            report = job.result().get("command")
+            if report is None or not self.command.keeps or scene is None:
                 self.command.lines = [CANCELLED]
                 return {"CANCELLED"}
-            return self._end(scene, report)
+            return self._end(scene, cast("Mapping[str, object]", report))
         except BadInput as error:
             report_problems(self, error)
         except (ProcessFailed, OSError) as error:
