@@ -268,6 +268,9 @@ def test_a_fit_that_never_began_leaves_no_folder(words, tmp_path, capsys, monkey
         def __getattr__(self, name):
             return getattr(self.job, name)
 
+        def start(self):
+            """It ends before its first iteration."""
+
         def progress(self):
             raise FitFailed([Problem("Photo 'Camera'", "it is odd", "give another")])
 
