@@ -78,11 +78,15 @@ std::vector<std::array<int, 2>> edges_of(const std::vector<Triangle>& triangles)
 }  // namespace
 
 std::vector<int> joined_vertices(const VertexMatrix& positions) {
-  std::map<std::array<double, 3>, int> first;
+  constexpr double kSamePlace = 1e-5;  // of the diagonal: both ends of a seam are rounded
+  const double size = (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
+  const double side = size > 0 ? kSamePlace * size : 1;
+  std::map<std::array<long long, 3>, int> first;
   std::vector<int> joined;
-  for (int v = 0; v < positions.rows(); ++v)
-    joined.push_back(
-        first.try_emplace({positions(v, 0), positions(v, 1), positions(v, 2)}, v).first->second);
+  for (int v = 0; v < positions.rows(); ++v) {
+    const auto rounded = [&](int axis) { return std::llround(positions(v, axis) / side); };
+    joined.push_back(first.try_emplace({rounded(0), rounded(1), rounded(2)}, v).first->second);
+  }
   return joined;
 }
 
