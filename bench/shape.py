@@ -270,7 +270,7 @@ def examine(name: str, options: argparse.Namespace, more: list[str], folder: Pat
     words = [word for fitted in row.fits for word in ("--fit", fitted)]
     words += [f"--photo=Camera {i}={photos / f'{i}.exr'}" for i in range(_CAMERAS)]
     if row.mapped:
-        words += ["--texels", f"{_MAP}={_TEXELS}"]
+        words += ["--grid", f"{_MAP}={_TEXELS}"]
     fitted = photos / "fitted.blend"
     result = _selenite(
         "fit", str(scene), *words, "--height", str(options.height), "--spp", str(options.spp),
