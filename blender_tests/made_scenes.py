@@ -106,14 +106,19 @@ def world(color=(0.5, 0.5, 0.5), strength=1.0):
     node = next(n for n in made.node_tree.nodes if n.bl_idname == "ShaderNodeBackground")
     node.inputs["Color"].default_value = (*color, 1.0)
     node.inputs["Strength"].default_value = strength
-    # Else Cycles draws light from a map of 8 million pixels of a generated image, in each render.
-    made.cycles.sampling_method, made.cycles.sample_map_resolution = "MANUAL", 256
     bpy.context.scene.world = made
     return made
 
 
+def sample_coarsely(made):
+    """Cycles draws light from a map of 256 columns, else of 8 million pixels where the world's image
+    is generated, in each render."""
+    made.cycles.sampling_method, made.cycles.sample_map_resolution = "MANUAL", 256
+
+
 def environment(made, pixels, rotation=(0.0, 0.0, 0.0), kind="POINT"):
     """Gives the world an environment image, pixels (h, w, 3) with row 0 at the top."""
+    sample_coarsely(made)
     tree = made.node_tree
     height, width = pixels.shape[:2]
     image = bpy.data.images.new("sky", width, height, float_buffer=True)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from command_line import command
 from made_images import decoded
-from test_fit_image import board, picture, requested, truth
+from test_fit_image import picture, requested, truth
 
 from selenite import native
 from selenite.fit import fields
@@ -23,7 +23,7 @@ COLOUR, IMAGE = "Body:base_color", "Body:base_color_texture"
 
 def linked_board(tmp_path):
     """The board with an image that is wrong, in a file; the mean of that image."""
-    item = board()
+    item = made.board()
     wrong = np.full((4, 4, 3), 0.6, np.float32)
     wrong[:, :2] = 0.4
     tree = item.data.materials[0].node_tree
