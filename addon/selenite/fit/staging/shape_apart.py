@@ -19,7 +19,7 @@ _TURNS, _SHARE, _FEWEST = 2, 0.25, 5
 
 def is_shape(name: str) -> bool:
     """Whether a name as `Ball:vertex_positions` is that of vertices."""
-    kind = kind_of(parameters.split_name(name)[1])
+    kind = kind_of(name.rpartition(":")[2])
     return kind is not None and kind.is_shape
 
 
