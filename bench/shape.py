@@ -155,8 +155,8 @@ def _scene(mesh: Any, row: Row, height: int) -> Any:  # noqa: ANN401
     for index in range(_CAMERAS + 1):
         camera = made.camera(f"Camera {index}")
         turn = 2 * math.pi * (index + 0.5 * (index == _CAMERAS)) / _CAMERAS
-        height = 1.6 if index % 2 else -0.6
-        camera.location = (_AWAY * math.cos(turn), _AWAY * math.sin(turn), height)
+        above = 1.6 if index % 2 else -0.6
+        camera.location = (_AWAY * math.cos(turn), _AWAY * math.sin(turn), above)
         camera.rotation_euler = (-Vector(camera.location)).to_track_quat("-Z", "Y").to_euler()
         camera.data.angle = _FIELD
     scene = bpy.context.scene
@@ -270,7 +270,7 @@ def examine(name: str, options: argparse.Namespace, more: list[str], folder: Pat
     words = [word for fitted in row.fits for word in ("--fit", fitted)]
     words += [f"--photo=Camera {i}={photos / f'{i}.exr'}" for i in range(_CAMERAS)]
     if row.mapped:
-        words += ["--texels", f"{_MAP}={_TEXELS}"]
+        words += ["--grid", f"{_MAP}={_TEXELS}"]
     fitted = photos / "fitted.blend"
     result = _selenite(
         "fit", str(scene), *words, "--height", str(options.height), "--spp", str(options.spp),

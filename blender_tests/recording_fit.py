@@ -214,7 +214,7 @@ def install(monkeypatch, polls=2, shapes=None):
     core, recorded = native.core(), Recorded()
     evaluator, builder = core.Evaluator, core.SceneBuilder
 
-    def fit(*given, stages=()):
+    def fit(*given, stages=(), workers=None):
         if stages:  # what is asked of it besides is that of the last
             (unknowns,), last = given, stages[-1]
             given = (last.scene, last.photos, unknowns, last.settings)

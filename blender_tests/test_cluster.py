@@ -30,6 +30,7 @@ from selenite.fit.settings import FitSettings  # noqa: E402
 from selenite.problems import BadInput  # noqa: E402
 
 CAMERAS = [f"Camera {i}" for i in range(8)]
+PATIENCE = 600  # seconds, on a machine that does much else
 TRUTH = "Body:base_color=0.2,0.6,0.4"
 
 
@@ -52,11 +53,12 @@ def captured(tmp_path_factory):
     return scene, made.read(), photos
 
 
-def plan_of(captured, *, iterations=8, height=18, photos=8):
+def plan_of(captured, *, iterations=8):
+    """A descent to four photos."""
     _, values, files = captured
-    settings = FitSettings(height=height, iterations=iterations, spp=8, tolerance=0)
+    settings = FitSettings(height=12, iterations=iterations, spp=8, tolerance=0, search="off")
     unknowns = tuple(UnknownRequest("Body", name) for name in ("base_color", "roughness"))
-    captures = tuple(CaptureRequest(name, files[name]) for name in CAMERAS[:photos])
+    captures = tuple(CaptureRequest(name, files[name]) for name in CAMERAS[:4])
     return prepare(values, RunRequest("ball.blend", unknowns, captures, settings))
 
 
@@ -73,7 +75,7 @@ def cluster(count=2):
     """A client of so many processes."""
     with (
         distributed.LocalCluster(
-            n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=50
+            n_workers=count, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=50
         ) as made_here,
         distributed.Client(made_here, set_as_default=False) as client,
     ):
@@ -106,7 +108,7 @@ def started(plan, client, say=lambda _: None, soonest=60.0):
 
 
 def wait_for(job, iterations):
-    end = time.monotonic() + 120
+    end = time.monotonic() + PATIENCE
     while job.progress().iteration < iterations:
         assert time.monotonic() < end
         time.sleep(0.01)
@@ -130,7 +132,7 @@ def test_eight_captures_on_two_workers_give_the_same_bytes(captured, tmp_path, c
 
 
 def test_a_worker_that_is_killed_is_replaced(captured):
-    plan = plan_of(captured, iterations=30)
+    plan = plan_of(captured, iterations=15)
     with cluster() as client:
         job = started(plan, client)
         wait_for(job, 3)
@@ -139,7 +141,7 @@ def test_a_worker_that_is_killed_is_replaced(captured):
 
 
 def test_a_worker_that_hangs_is_left_alone(captured):
-    plan, said = plan_of(captured, iterations=30), []
+    plan, said = plan_of(captured, iterations=15), []
     with cluster() as client:
         job = started(plan, client, said.append, soonest=5.0)
         wait_for(job, 3)
@@ -236,12 +238,12 @@ def test_a_run_goes_on_after_its_scheduler_has_died(captured, tmp_path, capsys, 
     with processes() as start:
         with scheduler(start, unused_port) as head:
             fit = start(str(script), *words, f"--out={out}", at, stderr=subprocess.PIPE, text=True)
-            end = time.monotonic() + 120
+            end = time.monotonic() + PATIENCE
             while not list(out.glob("*.unfinished/fit_3.state")):
                 assert time.monotonic() < end and fit.poll() is None
                 time.sleep(0.05)
             head.kill()
-            err = fit.communicate(timeout=120)[1]
+            err = fit.communicate(timeout=PATIENCE)[1]
             assert fit.returncode == 1 and "the scheduler does not answer" in err
         (unfinished,) = out.glob("*.unfinished")
         with scheduler(start, unused_port):

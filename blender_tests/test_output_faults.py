@@ -268,11 +268,14 @@ def test_a_fit_that_never_began_leaves_no_folder(words, tmp_path, capsys, monkey
         def __getattr__(self, name):
             return getattr(self.job, name)
 
+        def start(self):
+            """It ends before its first iteration."""
+
         def progress(self):
             raise FitFailed([Problem("Photo 'Camera'", "it is odd", "give another")])
 
     made_job = fit.FitJob
-    monkeypatch.setattr(fit, "FitJob", lambda *given: Failing(made_job(*given)))
+    monkeypatch.setattr(fit, "FitJob", lambda *given, **more: Failing(made_job(*given, **more)))
     status, report, _ = command(capsys, *words, f"--out={tmp_path / 'fits'}")
     assert status == 2
     (problem,) = report["problems"]

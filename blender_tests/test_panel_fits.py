@@ -146,8 +146,9 @@ def test_the_saved_result_has_the_best_values_and_pictures_as_set(settings, monk
     assert_best(recorded.fit)
     assert bpy.ops.selenite.save_result() == {"FINISHED"}
     assert [picture.camera for picture in recorded.pictures] == ["Camera"] * 2 + ["Side"] * 2
+    assert [picture.spp for picture in recorded.pictures] == [1, 3] * 2  # of the start, the result
     for picture in recorded.pictures:
-        assert (picture.spp, picture.seed, picture.depth, picture.threads) == (3, 11, 5, 2)
+        assert (picture.seed, picture.depth, picture.threads) == (11, 5, 2)
     found = recording_fit.values_of(recorded.pictures[-1].scene, [COLOUR])[COLOUR]
     assert found == pytest.approx(recorded.fit.best[COLOUR])
     run = read_run(state.RUN.done.folder / "run.json")
@@ -257,7 +258,8 @@ def test_a_fit_that_fails_is_named_and_leaves_the_result_before_it(settings, mon
     recording_fit.install(monkeypatch)
     assert bpy.ops.selenite.start() == {"FINISHED"}
     done, kept = state.RUN.done, results()
-    start, _ = begun(monkeypatch, empty=False)
+    start, fit = begun(monkeypatch, empty=False)
+    fit.cancel()  # the thread has ended
     problem = Problem("Iteration 3", "no memory is left", "lower the height")
 
     def failing(_job):

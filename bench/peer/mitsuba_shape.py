@@ -6,7 +6,8 @@ requests from stdin, a line of JSON each, and answers with a line each:
   {"spp": N, "seed": N}  -> {"cpu": seconds of a picture with the derivative of its mean squared
                             difference from 0.3 by every vertex}
   {"spp": N, "seed": N, "judge": true}
-                         -> {"growth": the derivative of the picture's mean as the body grows}
+                         -> {"growth": the derivative of the picture's mean as the body grows,
+                             "difference": the same by pictures of a body 1 % larger and smaller}
 """
 
 import json
@@ -20,6 +21,7 @@ from mitsuba_side import load, mesh, mi, rgb, serve
 
 VERTICES = "body.vertex_positions"
 _DIRECT = 2  # of Mitsuba's depths: what a lamp lights, seen at once
+_STEP = 0.01
 
 
 def main():
@@ -34,7 +36,15 @@ def main():
     integrator = mi.load_dict(
         {"type": "prb_projective", "max_depth": _DIRECT, "guiding": sys.argv[3]}
     )
+    plain = mi.load_dict({"type": "path", "max_depth": _DIRECT})
     params = mi.traverse(scene)
+    places = np.array(params[VERTICES])
+
+    def mean_of(scale, request):
+        params[VERTICES] = type(params[VERTICES])((places * scale).astype(np.float32))
+        params.update()
+        seen = mi.render(scene, integrator=plain, spp=request["spp"], seed=request["seed"])
+        return float(np.array(seen, np.float64).mean())
 
     def answer(request):
         started = time.process_time()
@@ -51,8 +61,10 @@ def main():
         dr.sync_thread()
         if not judge:
             return {"cpu": time.process_time() - started}
-        slopes = np.array(gradient, np.float64)
-        return {"growth": float(slopes @ np.array(params[VERTICES], np.float64))}
+        growth = float(np.array(gradient, np.float64) @ places)
+        ends = [mean_of(1 + side * _STEP, request) for side in (-1, 1)]
+        mean_of(1, request)  # as it was
+        return {"growth": growth, "difference": (ends[1] - ends[0]) / (2 * _STEP)}
 
     serve(answer)
 

@@ -35,7 +35,8 @@ auto in_python(const Work& work) {
 
 class PythonWorkers final : public RenderWorkers {
  public:
-  explicit PythonWorkers(py::object workers) : workers_(std::move(workers)) {}
+  explicit PythonWorkers(py::object workers)
+      : workers_(std::move(workers)), busy_with_(workers_.attr("busy_with").cast<int>()) {}
   PythonWorkers(const PythonWorkers&) = delete;
   PythonWorkers& operator=(const PythonWorkers&) = delete;
   ~PythonWorkers() override {
@@ -62,12 +63,11 @@ class PythonWorkers final : public RenderWorkers {
   void forget(std::int64_t number) override {
     in_python([&] { workers_.attr("forget")(number); });
   }
-  int busy_with() const override {
-    return in_python([&] { return workers_.attr("busy_with").cast<int>(); });
-  }
+  int busy_with() const override { return busy_with_; }
 
  private:
   py::object workers_;
+  int busy_with_;
 };
 
 }  // namespace

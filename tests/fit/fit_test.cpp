@@ -255,7 +255,7 @@ TEST(Fit, AFailureIsToldWithItsIteration) {
     if (++renders == 6) throw std::runtime_error("no memory");
     return SyntheticRenderer()(scene, camera, layout, render_settings, progress);
   };
-  Fit fit(synthetic_scene(), one(synthetic_scene()), synthetic_unknowns(), settings);
+  Fit fit(synthetic_scene(), both(synthetic_scene()), synthetic_unknowns(), settings);
   while (fit.step()) {
   }
   EXPECT_EQ(fit.result().stopped, StopReason::kError);

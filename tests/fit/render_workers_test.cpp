@@ -75,6 +75,26 @@ Stage stage_of(const Scene& scene, const std::vector<UnknownParameter>& unknowns
   return stage;
 }
 
+/// Bit by bit.
+void expect_same(const FitResult& one, const FitResult& other) {
+  EXPECT_EQ(one.phase, other.phase);
+  EXPECT_EQ(one.best, other.best);
+  EXPECT_EQ(one.last, other.last);
+  EXPECT_EQ(one.samples, other.samples);
+  ASSERT_EQ(one.history.size(), other.history.size());
+  for (std::size_t i = 0; i < one.history.size(); ++i) {
+    EXPECT_EQ(one.history[i].values, other.history[i].values) << i;
+    EXPECT_EQ(one.history[i].loss, other.history[i].loss) << i;
+  }
+  EXPECT_EQ(one.report.covariance, other.report.covariance);
+  ASSERT_EQ(one.photos.size(), other.photos.size());
+  for (std::size_t i = 0; i < one.photos.size(); ++i) {
+    EXPECT_EQ(one.photos[i].residual_rms, other.photos[i].residual_rms) << i;
+    EXPECT_EQ(one.photos[i].alignment, other.photos[i].alignment) << i;
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(one.photos[i].gain[c], other.photos[i].gain[c]) << i;
+  }
+}
+
 std::vector<PhaseKind> expect_same_steps(const std::vector<UnknownParameter>& unknowns,
                                          std::vector<Stage> stages, int at_once) {
   StagedFit plain(unknowns, stages);
@@ -87,7 +107,7 @@ std::vector<PhaseKind> expect_same_steps(const std::vector<UnknownParameter>& un
       phases.insert(plain.fit().result().phase);
       more = plain.step();
       EXPECT_EQ(fit.step(), more);
-      EXPECT_EQ(plain.saved(), fit.saved()) << "bit by bit";
+      expect_same(plain.fit().result(), fit.fit().result());
       if (testing::Test::HasFailure()) break;
     }
     EXPECT_EQ(fit.fit().result().message, "");
@@ -95,7 +115,7 @@ std::vector<PhaseKind> expect_same_steps(const std::vector<UnknownParameter>& un
   EXPECT_GT(workers->asked, 0);
   EXPECT_GE(workers->most_waiting, 2u) << "they are never busy with two photos";
   EXPECT_EQ(workers->left(), 0u);
-  EXPECT_LT(workers->forgotten, workers->asked / 10) << "most of what is expected is needed";
+  EXPECT_LE(workers->forgotten, workers->asked / 10) << "most of what is expected is needed";
   return {phases.begin(), phases.end()};
 }
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -19,6 +20,17 @@ from selenite.fit.settings import FitSettings  # noqa: E402
 from selenite.fit.unknowns import Unknown  # noqa: E402
 from selenite.parameters import table  # noqa: E402
 from selenite.problems import BadInput  # noqa: E402
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What the cost of a fit is computed from."""
+
+    scene: str = "scene"
+    unknowns: list[Any] = field(default_factory=list)
+    fields: list[Any] = field(default_factory=list)
+    captures: list[Any] = field(default_factory=list)
+    stages: tuple[Any, ...] = ()
 
 
 def unknown(name: str, owner: str = "Jade") -> Unknown:
@@ -73,7 +85,7 @@ def test_a_fit_costs_its_planned_paths_each_by_what_it_carries(
         SimpleNamespace(id="right", camera="Side", photo_size=(40, 50)),  # never larger than itself
     ]
     item = SimpleNamespace(native=lambda: "roughness")
-    plan: Any = SimpleNamespace(scene="scene", unknowns=[item], fields=[], captures=photos)
+    plan: Any = Plan(unknowns=[item], captures=photos)
     found = cost.paths(FitSettings(height=100, iterations=7), plan)
     assert found == pytest.approx(10_000 * (1 + 1.3 + 2.2))
     assert asked[:3] == [
@@ -90,6 +102,6 @@ def test_settings_that_no_fit_has_are_named(monkeypatch: pytest.MonkeyPatch) -> 
         raise ValueError("iterations = 0 must lie in [1, 1e+06]")
 
     monkeypatch.setattr(cost.native, "core", lambda: SimpleNamespace(schedule=schedule))
-    plan: Any = SimpleNamespace(scene="scene", unknowns=[], fields=[], captures=[])
+    plan: Any = Plan()
     with pytest.raises(BadInput, match="iterations = 0"):
         cost.paths(FitSettings(), plan)

@@ -73,6 +73,8 @@ def test_no_source_that_the_panel_shares_names_an_option_outside_a_control() -> 
     found = []
     for room in rooms:
         for path in sorted((message_texts.ADDON / room).rglob("*.py")):
+            if path.parent.name == "cluster":  # the panel has none
+                continue
             tree = ast.parse(path.read_text(encoding="utf-8"))
             allowed = {
                 part

@@ -76,7 +76,7 @@ def masked(
     alpha, mask files and background; None where these leave nothing out. of_files: that by alpha
     and mask files. silhouette: (h, w) bool, within `within_silhouette`."""
     title = thing("Photo", request.photo)
-    inside, coverage = of_files >= 1, of_files
+    inside, coverage = of_files >= 1, np.asarray(of_files, np.float32)
     background = background_of(request, problems)
     if background is not None:
         behind = background.pixels(reference)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 #: In the order of a fit. The last four may repeat, then the share waits.
 PHASES = (MULTI_START, DESCENT, "refinement", "comparison", "roughness-profile", "parts")
 #: What is shown in place of a refinement where the steps before it have converged.
-SETTLED = "settled"
+GOOD_ENOUGH = "good-enough"
 #: What follows the native fit: looking for wrong lights, filling texels that no photo sees.
 FINISHING = "finishing"
 _FINISHING_SHARE = 0.02
@@ -32,7 +32,7 @@ _PHASES = {
     "multi-start": message("phase.multi-start", "multi-start"),
     "descent": message("phase.descent", "descent"),
     "refinement": message("phase.refinement", "refinement"),
-    SETTLED: message("phase.settled", "good enough, refining"),
+    GOOD_ENOUGH: message("phase.good-enough", "good enough, refining"),
     "comparison": message("phase.comparison", "comparison"),
     "parts": message("phase.parts", "parts"),
     "roughness-profile": message("phase.roughness-profile", "roughness profile"),
@@ -89,8 +89,8 @@ class Overall:
             self._fraction = max(self._fraction, share)
         self._keep_time(progress.seconds)
         is_last = progress.stage >= len(self._weights) - 1
-        settled = is_last and 0 < progress.iteration < progress.iterations
-        phase = SETTLED if settled and progress.phase == "refinement" else progress.phase
+        is_good = is_last and 0 < progress.iteration < progress.iterations
+        phase = GOOD_ENOUGH if is_good and progress.phase == "refinement" else progress.phase
         return Shown(self._fraction, self._left, phase)
 
     def finishing(self, share: float) -> Shown:

@@ -96,7 +96,11 @@ def new_colors(scene: SceneValues, owner: ObjectValues, title: str) -> NewColors
     if not mesh.own_vertices:
         cause = "modifiers move its vertices or make others"
         raise BadInput(Problem(title, cause, "apply the modifiers, or switch them off in renders"))
-    fixed = [item.name for item in used if item.shader is not None or "base_color" in item.maps]
+    fixed = [
+        item.name
+        for item in used
+        if item.shader is not None or "base_color" in item.maps or "base_color" not in item.values
+    ]
     if not asked and (fixed or not used):
         cause = f"the base colour of material '{fixed[0]}' is no constant" if fixed else ""
         cause = cause or "it has no material"

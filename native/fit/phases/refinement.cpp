@@ -50,10 +50,6 @@ int Refinement::pass_spp(int pass) const {
   return std::min(spp_, std::max(spp_ / share, options_.least_of_pass));
 }
 
-int Refinement::most_passes() const {
-  return options_.precision > 0 ? options_.most_passes_to_precision : options_.most_passes;
-}
-
 double Refinement::wanted_samples(const Estimate& now) const {
   if (options_.precision == 0) return std::numeric_limits<double>::infinity();
   const Unknowns& unknowns = point_.problem->unknowns;
@@ -89,7 +85,7 @@ int Refinement::portion_spp(int spp) const {
 
 /// The last that may follow has as many samples as the one before, and is near: slopes are known.
 bool Refinement::gathers() const {
-  return suspended_ || after_offset_ || point_.report.passes + 1 < most_passes();
+  return suspended_ || after_offset_ || point_.report.passes + 1 < options_.most_passes;
 }
 
 /// The pictures of photos to come, as `step` will ask for them.
@@ -166,7 +162,7 @@ void Refinement::end_pass() {
   const bool near =
       point_.reach_of(now) <= options_.near && now.surprise <= options_.converged_sigmas * noise;
   const bool there = near || now.surprise <= options_.converged_sigmas;
-  over_ = (whole && there) || passes >= most_passes();
+  over_ = (whole && there) || passes >= options_.most_passes;
   if (over_ && near && !after_offset_) {
     // Where this pass began is what the one before found: both count, by their samples.
     point_.equations.gradient *= 1 - 1 / (noise * noise);

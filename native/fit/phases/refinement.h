@@ -15,7 +15,6 @@ struct RefinementOptions {
   int most_passes = 4;
   /// Intervals that suffice, see `samples_factors`; 0: as narrow as the samples make them.
   double precision = 0;
-  int most_passes_to_precision = 5;  ///< in place of `most_passes`: one may need a second attempt
   /// Samples beyond those that a precision needs by the last pass, whose interval is noisy itself.
   double margin = 1.2;
   /// By how much more than 1 / root(samples) an interval may narrow until it is given up: its instruments
@@ -85,7 +84,6 @@ class Refinement {
   int purpose() const;
   /// Of those to come where no precision is asked for.
   int pass_spp(int pass) const;
-  int most_passes() const;
   /// By what factor the samples of a pass must grow until its intervals are as narrow as asked; those
   /// that no pass would bring there do not count. Infinite: all samples are wanted.
   double wanted_samples(const Estimate& now) const;

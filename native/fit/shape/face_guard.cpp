@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <unordered_map>
 
 namespace selenite {
@@ -14,10 +15,6 @@ constexpr double kLeastCosine = 0.2;
 using Triangle = std::array<int, 3>;
 
 Vec3d row(const VertexMatrix& m, int i) { return {m(i, 0), m(i, 1), m(i, 2)}; }
-
-bool has(const Triangle& t, int vertex) {
-  return t[0] == vertex || t[1] == vertex || t[2] == vertex;
-}
 
 /// Whether a segment crosses the inside of a triangle. Source: Moeller, Trumbore 1997.
 bool cross_each_other(const Vec3d& from, const Vec3d& to, const Vec3d& a, const Vec3d& b,
@@ -80,7 +77,21 @@ std::vector<std::array<int, 2>> edges_of(const std::vector<Triangle>& triangles)
 
 }  // namespace
 
-int crossings(const VertexMatrix& positions, const std::vector<Triangle>& triangles) {
+std::vector<int> joined_vertices(const VertexMatrix& positions) {
+  constexpr double kSamePlace = 1e-5;  // of the diagonal: both ends of a seam are rounded
+  const double size = (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
+  const double side = size > 0 ? kSamePlace * size : 1;
+  std::map<std::array<long long, 3>, int> first;
+  std::vector<int> joined;
+  for (int v = 0; v < positions.rows(); ++v) {
+    const auto rounded = [&](int axis) { return std::llround(positions(v, axis) / side); };
+    joined.push_back(first.try_emplace({rounded(0), rounded(1), rounded(2)}, v).first->second);
+  }
+  return joined;
+}
+
+int crossings(const VertexMatrix& positions, const std::vector<Triangle>& triangles,
+              const std::vector<int>& joined) {
   if (triangles.empty()) return 0;
   const std::vector<std::array<int, 2>> edges = edges_of(triangles);
   double sum = 0;
@@ -110,7 +121,11 @@ int crossings(const VertexMatrix& positions, const std::vector<Triangle>& triang
     near.erase(std::unique(near.begin(), near.end()), near.end());
     for (const int i : near) {
       const Triangle& t = triangles[static_cast<std::size_t>(i)];
-      if (has(t, from) || has(t, to)) continue;
+      const auto meets = [&](int vertex) {
+        const auto at = [&](int v) { return joined[static_cast<std::size_t>(v)]; };
+        return std::ranges::any_of(t, [&](int v) { return at(v) == at(vertex); });
+      };
+      if (meets(from) || meets(to)) continue;
       count += cross_each_other(row(positions, from), row(positions, to), row(positions, t[0]),
                                 row(positions, t[1]), row(positions, t[2]));
     }
@@ -120,19 +135,19 @@ int crossings(const VertexMatrix& positions, const std::vector<Triangle>& triang
 
 FaceGuard::FaceGuard(std::vector<Triangle> triangles, const VertexNormals& normals,
                      const VertexMatrix& positions)
-    : triangles_(std::move(triangles)), normals_(&normals) {
+    : triangles_(std::move(triangles)), joined_(joined_vertices(positions)), normals_(&normals) {
   set(positions);
 }
 
 void FaceGuard::set(const VertexMatrix& positions) {
   faces_ = faces_of(positions);
-  crossings_ = crossings(positions, triangles_);
+  crossings_ = crossings(positions, triangles_, joined_);
 }
 
 FaceGuard::Verdict FaceGuard::move_to(const VertexMatrix& positions) {
   Faces faces = faces_of(positions);
   if (turns_over(faces)) return Verdict::kTurned;
-  const int count = crossings(positions, triangles_);
+  const int count = crossings(positions, triangles_, joined_);
   if (count > crossings_) return Verdict::kCrossed;
   faces_ = std::move(faces);
   crossings_ = count;

@@ -9,8 +9,13 @@
 
 namespace selenite {
 
+/// The first vertex at the place of each: where a mesh is cut along a seam, several are one.
+std::vector<int> joined_vertices(const VertexMatrix& positions);
+
 /// How many pairs of an edge and a triangle of a mesh, without a common vertex, cross each other.
-int crossings(const VertexMatrix& positions, const std::vector<std::array<int, 3>>& triangles);
+/// `joined`: see above, of the mesh as it was before seams may have opened.
+int crossings(const VertexMatrix& positions, const std::vector<std::array<int, 3>>& triangles,
+              const std::vector<int>& joined);
 
 /// Watches over the faces of a mesh that moves: none may turn over, and no surface go through another.
 /// What the mesh has of both at its start may stay, and get better.
@@ -35,6 +40,7 @@ class FaceGuard {
   bool turns_over(const Faces& faces) const;
 
   std::vector<std::array<int, 3>> triangles_;
+  std::vector<int> joined_;
   const VertexNormals* normals_;
   Faces faces_;
   int crossings_ = 0;

@@ -56,7 +56,7 @@ double mean_square(const Picture& picture, const Photo& photo) {
 ShapeDescent::ShapeDescent(const FitRun& run, ShapeDescentOptions options)
     : problem_(&run.problem),
       options_(options),
-      start_(problem_->scene_at(run.point)),
+      start_(problem_->scene_at(problem_->start())),
       vertices_{problem_->fields().vertices()->instance,
                 VertexNormals(mesh_of(start_, problem_->fields().vertices()->instance))},
       smoothing_(static_cast<int>(mesh_of(start_, vertices_.instance).positions.size()),

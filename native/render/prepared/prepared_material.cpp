@@ -196,8 +196,8 @@ std::vector<UnknownColors> unknown_colors_of(const Scene& scene, std::span<const
   return found;
 }
 
-/// Whether a shader looks up colours by the name with this number.
-bool looks_up_colors(const Shader& shader, std::size_t name) {
+/// Whether a shader shows colours by the name with this number.
+bool shows_colors(const Shader& shader, std::size_t name) {
   return std::ranges::any_of(shader.instructions, [&](const Instruction& code) {
     return code.op == Op::kAttribute && static_cast<std::size_t>(code.item) == name &&
            static_cast<AttributeMode>(code.mode) == AttributeMode::kColor;
@@ -228,7 +228,7 @@ std::vector<UnknownMap> unknown_maps_of(const Scene& scene, std::span<const Fiel
   if (!shader || !any_colors) return found;
   const std::vector<UnknownColors> colors = unknown_colors_of(scene, fields);
   for (std::size_t name = 0; name < shader->names.size(); ++name) {
-    if (!looks_up_colors(*shader, name)) continue;
+    if (!shows_colors(*shader, name)) continue;
     const std::string& attribute = shader->names[name];
     bool any = false;
     for (std::size_t c = 0; c < colors.size(); ++c)
@@ -255,7 +255,7 @@ std::vector<ImageSlots> image_slots_of(const Material& material,
     }
     const std::string& attribute = *colors[static_cast<std::size_t>(-2 - one.field)].attribute;
     for (std::size_t name = 0; name < shader.names.size(); ++name)
-      if (looks_up_colors(shader, name) &&
+      if (shows_colors(shader, name) &&
           (shader.names[name].empty() || shader.names[name] == attribute))
         slots[shader.textures.size() + name] = {one.slot, one.count};
   }

@@ -29,7 +29,7 @@ Vec3f slope_of(const PixelCamera& camera, const Vec3d& vertex, const Vec2<double
 }  // namespace
 
 int edge_samples(const RenderSettings& settings) {
-  constexpr int kPerSide = 4;
+  constexpr int kPerSide = 16;
   const auto count =
       static_cast<std::int64_t>(settings.spp) * kPerSide * (settings.width + settings.height) / 2;
   return static_cast<int>(std::min<std::int64_t>(count, 1 << 30));

@@ -32,7 +32,7 @@ def connected(address: Address) -> Iterator[Client]:
         with (
             distributed.LocalCluster(
                 n_workers=address.local, threads_per_worker=1, processes=True, host="127.0.0.1",
-                dashboard_address=None, silence_logs=logging.CRITICAL,
+                dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
             ) as cluster,
             distributed.Client(cluster, set_as_default=False, direct_to_workers=True) as client,
         ):  # fmt: skip
