@@ -93,6 +93,8 @@ TEST(ShapeDescent, GoesFromABallToABlob) {
   EXPECT_LT(distance_to_blob(best), 0.35 * before);
   EXPECT_LT(found.best_validation, 0.1 * found.start_validation);
   EXPECT_EQ(found.photos.size(), 8u);
+  EXPECT_EQ(found.shape_steps.given_up, 0)
+      << found.shape_steps.turning << " " << found.shape_steps.intersecting;
   // No face is turned over: its normal stays on the side of the body's outside.
   const VertexMatrix positions = matrix_of(best);
   const Mesh& mesh = start.geometry->meshes()[0];
@@ -219,8 +221,8 @@ TEST(FaceGuard, FindsSurfacesThatCrossEachOther) {
 
 TEST(FaceGuard, VerticesAtOnePlaceAreOne) {
   // Cut along the seam u = 1; a little apart, one side goes through the other.
-  const auto beside = [](double u, double v) { return Vec3d{1 + u, v, 0}; };
-  const std::vector<int> joined = joined_vertices(squares(beside));
+  const auto next_to_it = [](double u, double v) { return Vec3d{1 + u, v, 0}; };
+  const std::vector<int> joined = joined_vertices(squares(next_to_it));
   EXPECT_EQ(joined[4], 1);
   const VertexMatrix apart = squares([](double u, double v) {
     return Vec3d{0.95 + u, v, 0.1 * v - 0.05};
