@@ -184,12 +184,13 @@ TEST(ShapeDescent, TakesTurnsWithAColour) {
   while (fit.ended().empty()) ASSERT_TRUE(fit.step());
   EXPECT_EQ(fit.fit().settings().search, "auto") << "the first stage that can, searches";
   const double alone = distance_to_blob(fit.point()->fields[0].second);
-  EXPECT_LT(alone, 0.7 * before);
+  // With a wrong colour the shape makes up for it.
+  EXPECT_LT(alone, before);
   while (fit.step()) {
   }
   ASSERT_EQ(fit.ended().size(), 3u);
   RunPoint point = *fit.point();
-  EXPECT_LT(distance_to_blob(point.fields[0].second), 0.35 * before);
+  EXPECT_LT(distance_to_blob(point.fields[0].second), 0.95 * alone);
   point.take(*fit.fit().problem(), fit.fit().result().best, *fit.fit().result().fields_best);
   EXPECT_NEAR(point.scalar(colour.name())[1], 0.7, 0.03);
 }
