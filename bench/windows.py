@@ -87,7 +87,9 @@ def _both(script: str) -> tuple[Any, Any]:
     text = subprocess.run(
         [PYTHON, path], capture_output=True, text=True, check=True, env=env
     ).stdout
-    here, there = (json.loads(said.splitlines()[-1]) for said in (text, _python(path)))
+    # Blender says more, before and after.
+    here, there = (json.loads(re.findall(r"^\{.*\}$", said, re.MULTILINE)[-1])
+                   for said in (text, _python(path)))  # fmt: skip
     return here, there
 
 

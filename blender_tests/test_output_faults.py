@@ -275,7 +275,7 @@ def test_a_fit_that_never_began_leaves_no_folder(words, tmp_path, capsys, monkey
             raise FitFailed([Problem("Photo 'Camera'", "it is odd", "give another")])
 
     made_job = fit.FitJob
-    monkeypatch.setattr(fit, "FitJob", lambda *given: Failing(made_job(*given)))
+    monkeypatch.setattr(fit, "FitJob", lambda *given, **more: Failing(made_job(*given, **more)))
     status, report, _ = command(capsys, *words, f"--out={tmp_path / 'fits'}")
     assert status == 2
     (problem,) = report["problems"]

@@ -104,17 +104,17 @@ def _fill_streams() -> set[int]:
 
 def _run(argv: Sequence[str], json_out: TextIO) -> int:
     try:
-        with redirect_stdout(json_out):  # for --help, which may go into a pipe
-            args = build_parser().parse_args(argv)
-    except SystemExit as stop:  # --help or --version
         try:
+            with redirect_stdout(json_out):  # for --help, which may go into a pipe
+                args = build_parser().parse_args(argv)
+        except SystemExit as stop:  # --help or --version
             json_out.flush()
-        except BrokenPipeError:  # who reads has seen enough
-            pass
-        except OSError as error:
-            say(f"selenite: the text cannot be written: {error}")
-            return int(stop.code or 1)
-        return int(stop.code or 0)
+            return int(stop.code or 0)
+    except BrokenPipeError:  # who reads has seen enough
+        return 0
+    except OSError as error:
+        say(f"selenite: the text cannot be written: {error}")
+        return 1
     except BadInput as error:
         json_asked = any(len(word) > 2 and "--json".startswith(word) for word in argv)
         name = "selenite"

@@ -316,7 +316,7 @@ TEST(Options, CellsOfAFieldSolverAreAsLarge) {
   options.cell = 4;
   EXPECT_EQ(FieldGaussNewton::of(fields, photos, options)->cell(), 4);
   options.most_entries = 2 * 4 * 24;  // two photos of two by two cells
-  EXPECT_EQ(FieldGaussNewton::of(fields, photos, options)->cell(), 16);
+  EXPECT_EQ(FieldGaussNewton::of(fields, photos, options)->cell(), 8);
   options.most_numbers = 23;
   EXPECT_FALSE(FieldGaussNewton::applies(fields, photos, options));
 }

@@ -222,8 +222,8 @@ TEST(FaceGuard, FindsSurfacesThatCrossEachOther) {
 
 TEST(FaceGuard, VerticesAtOnePlaceAreOne) {
   // Cut along the seam u = 1; a little apart, one side goes through the other.
-  const auto next_to_it = [](double u, double v) { return Vec3d{1 + u, v, 0}; };
-  const std::vector<int> joined = joined_vertices(squares(next_to_it));
+  const auto touching = [](double u, double v) { return Vec3d{1 + u, v, 0}; };
+  const std::vector<int> joined = joined_vertices(squares(touching));
   EXPECT_EQ(joined[4], 1);
   const VertexMatrix apart = squares([](double u, double v) {
     return Vec3d{0.95 + u, v, 0.1 * v - 0.05};

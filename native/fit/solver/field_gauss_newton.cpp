@@ -222,8 +222,8 @@ void FieldGaussNewton::solve(double done) {
     channel.descent = -(channel.jacobian.transpose() * residual).cast<double>();
     const double all = channel.matrix.trace();
     channel.variance = all > 0 ? noise / all : 0;
-    // What no values explain is not noise: a residual that stays counts as well.
-    if (all > 0)
+    // What no light explains is not noise: a residual that stays counts as well.
+    if (all > 0 && has_environment())
       channel.variance =
           std::max(channel.variance, variance_of_blocks(channel.jacobian, residual) / all);
     if (channel.variance > 0) known += channel.matrix.diagonal() / (3 * channel.variance);
@@ -246,7 +246,7 @@ void FieldGaussNewton::solve(double done) {
   }
 }
 
-/// Neighbouring cells share what no values explain, and each block of them says it once.
+/// Neighbouring cells share what no light explains, and each block of them says it once.
 double FieldGaussNewton::variance_of_blocks(const Eigen::MatrixXf& jacobian,
                                             const Eigen::VectorXf& residual) const {
   double sum = 0;

@@ -33,6 +33,10 @@ _TRIES = 4
 _CHECK = 300.0
 
 
+class _NoResult(Exception):
+    """A task has no result: it has failed, or its worker is gone."""
+
+
 class ClusterFailed(RuntimeError):
     """The fit cannot go on with its workers."""
 
@@ -99,7 +103,8 @@ class ClusterWorkers:
             return None
         except (Exception, concurrent.futures.CancelledError, asyncio.CancelledError) as error:
             if self._connected():
-                self._ask_again(asked, error)
+                failed = asked.task.status == "error"
+                self._ask_again(asked, asked.task.exception() if failed else error)
             return None
         if not isinstance(found, bytes):
             raise ClusterFailed(f"a worker answers with {type(found).__name__} in place of bytes")
@@ -128,12 +133,24 @@ class ClusterWorkers:
             pure=False, workers=others or None, allow_other_workers=False, retries=1,
         )  # fmt: skip
 
-        async def fetch() -> object:
-            return await self._client.gather(task, asynchronous=True)
-
         loop = cast("BaseAsyncIOLoop", self._client.loop).asyncio_loop
-        fetched = asyncio.run_coroutine_threadsafe(fetch(), loop)
+        fetched = asyncio.run_coroutine_threadsafe(self._fetch(task), loop)
         return task, fetched, time.monotonic()
+
+    async def _fetch(self, task: Future) -> object:
+        """The result of a task, from its worker. The client's own `gather` joins those of several
+        tasks, and a worker that hangs would keep the answers of all others. Raises _NoResult."""
+        from distributed.utils_comm import gather_from_workers
+
+        done, loop = asyncio.Event(), asyncio.get_running_loop()
+        task.add_done_callback(lambda _: loop.call_soon_threadsafe(done.set))
+        await done.wait()
+        if task.status == "finished":
+            where = await self._client.scheduler.who_has(keys=[task.key])
+            found = (await gather_from_workers(where, rpc=self._client.rpc))[0]
+            if task.key in found:
+                return found[task.key]
+        raise _NoResult
 
     def _sent(self) -> Future:
         return self._client.scatter(self._parcel.data, broadcast=True, hash=False)
@@ -172,10 +189,11 @@ class ClusterWorkers:
         if not who:
             return  # it waits for a place
         asked.late_of |= who
+        if silent := sorted(who - self._silent):
+            self._say(
+                f"warning: {listed(silent)} has not answered for {took:.0f} s; others do its work"
+            )
         self._silent |= who
-        self._say(
-            f"warning: {listed(sorted(who))} has not answered for {took:.0f} s; others do its work"
-        )
         self._renew(asked)
 
     def _ask_again(self, asked: _Asked, error: BaseException) -> None:
