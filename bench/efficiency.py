@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import sys
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -62,7 +61,7 @@ def information(plan: FitPlan, spp: int) -> np.ndarray:
     products: np.ndarray | float = 0.0
     evaluator = native.core().Evaluator(plan.scene, threads=1)
     for index, capture in enumerate(plan.captures):
-        photo = native.core().Photo(capture.camera, size=capture.size)
+        photo = capture.view()
         films = [
             evaluator.picture(photo, spp, seed=_SEED + _BATCHES * index + k, parameters=asked)
             for k in range(_BATCHES)
@@ -114,7 +113,7 @@ def rows(name: str, settings: FitSettings, options: argparse.Namespace) -> list[
     if not kept.exists():
         options.out.mkdir(parents=True, exist_ok=True)
         np.save(kept, information(truth, options.bound_spp // _BATCHES))
-    pixels = sum(math.prod(capture.size) for capture in captures)
+    pixels = sum(capture.weight.size for capture in captures)
     fits = [
         Fitted(subject.plan(subject.start, captures, replace(settings, seed=seed)), pixels)
         for seed in range(options.seeds)

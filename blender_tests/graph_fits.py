@@ -80,6 +80,11 @@ def _metallic(graph: Graph) -> Any:
     return graph.node("BsdfMetallic", inputs, fresnel_type="F82")
 
 
+def _conductor(graph: Graph) -> Any:
+    inputs = {"IOR": (0.2, 0.9, 1.2), "Extinction": (3.9, 2.4, 2.2), "Roughness": 0.35}
+    return graph.node("BsdfMetallic", inputs, fresnel_type="PHYSICAL_CONDUCTOR")
+
+
 def _stretched(graph: Graph) -> Any:
     inputs = {"Base Color": (0.8, 0.6, 0.4), "Metallic": 1.0, "Roughness": 0.45}
     highlights = {"Anisotropic": 0.7, "Anisotropic Rotation": 0.12}
@@ -113,6 +118,11 @@ CASES = {
         _metallic,
         {"Metallic BSDF.Base Color": (0.85, 0.6, 0.35), "Metallic BSDF.Roughness": (0.35,)},
         {"Metallic BSDF.Base Color": (0.6, 0.6, 0.6), "Metallic BSDF.Roughness": (0.5,)},
+    ),
+    "conductor": Case(
+        _conductor,
+        {"Metallic BSDF.Extinction": (3.9, 2.4, 2.2), "Metallic BSDF.Roughness": (0.35,)},
+        {"Metallic BSDF.Extinction": (3.0, 3.0, 3.0), "Metallic BSDF.Roughness": (0.5,)},
     ),
     "direction of highlights": Case(
         _stretched,

@@ -15,7 +15,7 @@ _WIDTHS = 1.9
 @pytest.mark.parametrize("name", graph_fits.CASES)
 def test_a_fit_finds_the_constants_of_a_graph(name, tmp_path, capsys):
     case = graph_fits.CASES[name]
-    if name == "metallic" and not hasattr(bpy.types, "ShaderNodeBsdfMetallic"):
+    if name in {"metallic", "conductor"} and not hasattr(bpy.types, "ShaderNodeBsdfMetallic"):
         pytest.skip("this Blender has no Metallic BSDF")
     scene, words = graph_fits.photographed(case, tmp_path, size=40, samples=512)
     status, report, printed = command(

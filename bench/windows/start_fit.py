@@ -31,8 +31,8 @@ fit = core.Fit(build(read_scene(bpy.context.scene)), [photo], unknowns, settings
 fit.start()
 fit.join()
 found = fit.result()
-if found.problems:
-    raise SystemExit(f"the fit failed: {found.problems}")
+if found.error:
+    raise SystemExit(f"the fit failed: {found.error}")
 shares = {}
 for unknown, (lowest, highest) in zip(unknowns, ((0.001, 0.999), (0.05, 1)), strict=True):
     name = f"{unknown.owner}:{unknown.parameter}"

@@ -67,8 +67,9 @@ Scene PhotoEvaluator::lit_for(const Photo& photo, const Scene& of_point) {
   auto& lamps = scene.appearance.lights;
   const auto known = aims_.find(photo.id);
   if (known == aims_.end()) {
-    scene = decide_aims(std::move(scene), camera_of(scene, photo), model_.problem.layout,
-                        settings_of(photo, 1, 0), &aim_verdicts_, progress_);
+    const Camera camera = camera_of(scene, photo);  // before the scene is moved away
+    scene = decide_aims(std::move(scene), camera, model_.problem.layout, settings_of(photo, 1, 0),
+                        &aim_verdicts_, progress_);
     std::vector<char>& aims = aims_[photo.id];
     for (const Light& lamp : lamps) aims.push_back(lamp.aimed.value_or(false));
     return scene;

@@ -13,9 +13,10 @@ namespace selenite {
 
 /// Sources: docs/measurements/constants.md, "ShapeDescentOptions".
 struct ShapeDescentOptions {
-  double first_decay = 0.9, second_decay = 0.999;  ///< of the two moments, as for Adam
-  double last_step = 0.05;                         ///< what is left of a step's length at the end
-  int halvings = 6;                                ///< of a step before it is given up
+  /// Of the two moments. One rare bright path may not shorten the steps for the rest of the fit.
+  double first_decay = 0.9, second_decay = 0.99;
+  double last_step = 0.05;  ///< what is left of a step's length at the end
+  int halvings = 6;         ///< of a step before it is given up
   /// lambda of MeshSmoothing for each vertex: the same part of the surface moves together, however
   /// fine the mesh is.
   double smoothness = 0.01;
