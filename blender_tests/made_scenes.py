@@ -111,8 +111,8 @@ def world(color=(0.5, 0.5, 0.5), strength=1.0):
 
 
 def sample_coarsely(made):
-    """Cycles draws light from a map of 256 columns, else of 8 million pixels where the world's image
-    is generated, in each render."""
+    """Cycles draws light from a map of 256 columns in each render; of a generated image it would be
+    of 8 million pixels."""
     made.cycles.sampling_method, made.cycles.sample_map_resolution = "MANUAL", 256
 
 

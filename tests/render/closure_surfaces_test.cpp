@@ -178,20 +178,33 @@ Material turned() {
       .turn("Turn of glossy", .2, {.4, .6, .8})
       .build("Body");
 }
-/// The constants of both.
+/// Closures with films, as Blender 5 has them.
+Material filmed() {
+  const ThinFilm<double> film{350, 1.4};
+  return ClosureMaterial()
+      .add("Glass", c::Glass<double>{{.8, .7, .6}, .4, 1.45, film}, .4)
+      .add("Metallic", c::Metallic<double>{{.6, .4, .3}, {.8, .65, .5}, .4, 0, film}, .3)
+      .add("Conductor", c::Conductor<double>{{.6, 1.5, 1}, {3, 2, 1}, .4, 0, film}, .3)
+      .build("Body");
+}
+/// The constants of all.
 struct ConstantOf {
   Material (*make)();
   std::string name;
 };
 std::vector<ConstantOf> constants() {
   std::vector<ConstantOf> found;
-  for (const auto make : {everything, turned}) {
+  for (const auto make : {everything, turned, filmed}) {
     const Material material = make();
-    for (const ShaderConstant& constant : material.shader->constants)
+    for (const ShaderConstant& constant : material.shader->constants) {
+      const std::string name(constant.parameter.name);
+      const bool of_film = name.find("thin_film") != std::string::npos;
       if (make == everything
-              ? !constant.parameter.name.ends_with("anisotropy")  // 0 is an end of its range
-              : constant.parameter.name.starts_with("Turn"))
-        found.push_back({make, std::string(constant.parameter.name)});
+              ? !of_film && !name.ends_with("anisotropy")  // 0 is an end of its range
+          : make == turned ? name.starts_with("Turn")
+                           : of_film)
+        found.push_back({make, name});
+    }
   }
   return found;
 }
@@ -204,7 +217,7 @@ TEST_P(ClosureGradient, AgreesWithDifferencesOfRenders) {
   const ParameterRef ref = scene.find("Body", name);
   const SlotLayout layout(scene, {ref});
   // Shares of samples move with the values: small steps would find little but their noise.
-  const double h = 0.06;
+  const double h = name.ends_with("thickness") ? 6 : 0.06;  // nanometres
   for (std::size_t slot = 0; slot < layout.slots.size(); ++slot) {
     Tally gap, size;
     for (int seed = 0; seed < 6; ++seed) {
