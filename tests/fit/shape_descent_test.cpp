@@ -177,22 +177,23 @@ TEST(ShapeDescent, TakesTurnsWithAColour) {
   const Scene target = body(blob, 24, 0.7), start = body(ball, 8, 0.5);
   const std::vector<Photo> photos = photos_of(target, 32, 256);
   const UnknownParameter colour{"Body", "base_color", {0.5, 0.5, 0.5}, 0.01, 0.99};
+  // The colour is first: a shape makes up for a wrong one.
   StagedFit fit({vertices(), colour},
-                {stage_of(start, photos, kName, 30), stage_of(start, photos, colour.name(), 10),
-                 stage_of(start, photos, kName, 15), stage_of(start, photos, colour.name(), 10)});
-  const double before = distance_to_blob(fit.point()->fields[0].second);
-  while (fit.ended().empty()) ASSERT_TRUE(fit.step());
+                {stage_of(start, photos, colour.name(), 10), stage_of(start, photos, kName, 30),
+                 stage_of(start, photos, colour.name(), 10), stage_of(start, photos, kName, 15),
+                 stage_of(start, photos, colour.name(), 10)});
   EXPECT_EQ(fit.fit().settings().search, "auto") << "the first stage that can, searches";
+  const double before = distance_to_blob(fit.point()->fields[0].second);
+  while (fit.ended().size() < 2) ASSERT_TRUE(fit.step());
   const double alone = distance_to_blob(fit.point()->fields[0].second);
-  // With a wrong colour the shape makes up for it.
-  EXPECT_LT(alone, before);
+  EXPECT_LT(alone, 0.6 * before);
   while (fit.step()) {
   }
-  ASSERT_EQ(fit.ended().size(), 3u);
+  ASSERT_EQ(fit.ended().size(), 4u);
   RunPoint point = *fit.point();
   EXPECT_LT(distance_to_blob(point.fields[0].second), 0.95 * alone);
   point.take(*fit.fit().problem(), fit.fit().result().best, *fit.fit().result().fields_best);
-  EXPECT_NEAR(point.scalar(colour.name())[1], 0.7, 0.03);
+  EXPECT_NEAR(point.scalar(colour.name())[1], 0.7, 0.06) << "eight faces along a side are no blob";
 }
 
 /// Two squares side by side, each of two triangles; the second one is moved and turned.
