@@ -86,7 +86,7 @@ def scene_of(**values):
         parity.Case("", "sky", {"base_color": (0.7, 0.4, 0.2), "roughness": 0.4} | values), SIZE
     )
     bpy.data.worlds.remove(bpy.context.scene.world)
-    made.world((0.5, 0.5, 0.5), strength=0.8)
+    made.sample_coarsely(made.world((0.5, 0.5, 0.5), strength=0.8))
     return World()
 
 

@@ -137,17 +137,22 @@ TEST(Layers, FacingMattersToGlassAlone) {
   EXPECT_NE(value(false), value(true));
 }
 
+/// Of a face and a bent normal; the interpolated normal decides between those of a face and its own.
 TEST(Layers, DirectionsBetweenTheNormalsBelongToNeitherSide) {
-  const Vec3d wi = cases::direction(0.6);
   const Vec3d n = normalize(Vec3d{0, 0.5, 1});
+  const Vec3d behind_face = normalize(Vec3d{0, 1, -0.1}),
+              behind_normal = normalize(Vec3d{0, -1, 0.1});
+  SurfacePoint<double> point{{0, 0, 1}, n, cases::direction(0.6), false};
   Principled<double> m;
   m.metallic = 1;
-  const PrincipledBsdf<double> metal(m, Flavour{}, {{0, 0, 1}, n, wi, false});
-  EXPECT_GT(metal.value(normalize(Vec3d{-0.5, 0.3, 0.6})).g, 0);
-  EXPECT_EQ(metal.value(normalize(Vec3d{0, 1, -0.1})).g,
-            0);  // above n's horizon, below the surface
-  EXPECT_EQ(metal.value(normalize(Vec3d{0, -1, 0.1})).g,
-            0);  // below n's horizon, above the surface
+  const PrincipledBsdf<double> interpolated(m, Flavour{}, point);
+  EXPECT_GT(interpolated.value(normalize(Vec3d{-0.5, 0.3, 0.6})).g, 0);
+  EXPECT_GT(interpolated.value(behind_face).g, 0);
+  EXPECT_EQ(interpolated.value(behind_normal).g, 0);
+  point.smooth = {0, 0, 1};
+  const PrincipledBsdf<double> bent(m, Flavour{}, point);
+  EXPECT_EQ(bent.value(behind_face).g, 0);
+  EXPECT_EQ(bent.value(behind_normal).g, 0);
 }
 
 }  // namespace
