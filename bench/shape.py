@@ -15,9 +15,6 @@ the error of a ninth photo, as a share of its brightness; seconds of CPU for an 
 from __future__ import annotations
 
 import argparse
-import contextlib
-import io
-import json
 import math
 import os
 import sys
@@ -29,15 +26,15 @@ from typing import Any
 import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "blender_tests")]
+sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench"), str(ROOT / "blender_tests")]
 
 import bpy  # noqa: E402
 import made_scenes as made  # type: ignore[import-not-found]  # noqa: E402
 from mathutils import Vector  # noqa: E402
 from mathutils.bvhtree import BVHTree  # noqa: E402
+from synthetic.in_process import report_of  # noqa: E402
 
 from selenite import native  # noqa: E402
-from selenite.cli import main as selenite  # noqa: E402
 from selenite.cycles_check.render_settings import set_comparison  # noqa: E402
 
 MESHES = ROOT.parent / "shared/data/meshes"
@@ -191,17 +188,6 @@ def _photograph(folder: Path, samples: int) -> None:
         bpy.ops.render.render(write_still=True)
 
 
-def _selenite(*words: str) -> dict[str, Any]:
-    """The JSON object of a command."""
-    out, log = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(log):
-        status = selenite([*words, "--json"])
-    if status:
-        raise RuntimeError(f"selenite {' '.join(words)}: {log.getvalue()}")
-    found: dict[str, Any] = json.loads(out.getvalue().strip().splitlines()[-1])
-    return found
-
-
 def distance(points: np.ndarray, vertices: np.ndarray, faces: np.ndarray) -> float:
     """Mean distance of points from a surface, in diagonals of its bounding box."""
     tree = BVHTree.FromPolygons(vertices.tolist(), faces.tolist())
@@ -272,7 +258,7 @@ def examine(name: str, options: argparse.Namespace, more: list[str], folder: Pat
     if row.mapped:
         words += ["--grid", f"{_MAP}={_TEXELS}"]
     fitted = photos / "fitted.blend"
-    result = _selenite(
+    result = report_of(
         "fit", str(scene), *words, "--height", str(options.height), "--spp", str(options.spp),
         "--iterations", str(options.iterations), "--out", str(photos / "fits"),
         "--save", str(fitted), *more,
@@ -281,7 +267,7 @@ def examine(name: str, options: argparse.Namespace, more: list[str], folder: Pat
     after = np.load(out / "Body_vertex_positions.npy") if _VERTICES in row.fits else start
     psnr = texel_psnr(out, result["parameters"][_MAP]) if row.mapped else math.nan
     shown = photos / "unseen.exr"
-    _selenite(
+    report_of(
         "render", str(fitted), "--camera", f"Camera {_CAMERAS}", "--height", str(options.height),
         "--spp", "128", "--out", str(shown),
     )  # fmt: skip

@@ -13,8 +13,6 @@ of, and `auto` is `selenite fit --model auto`.
 from __future__ import annotations
 
 import argparse
-import contextlib
-import io
 import json
 import math
 import os
@@ -29,15 +27,15 @@ from typing import Any, TextIO
 import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "blender_tests")]
+sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench"), str(ROOT / "blender_tests")]
 
 import bpy  # noqa: E402
 import made_scenes as made  # type: ignore[import-not-found]  # noqa: E402
 from mathutils import Vector  # noqa: E402
+from synthetic.in_process import report_of  # noqa: E402
 
 from selenite import native  # noqa: E402
 from selenite.capture.views import eroded  # noqa: E402
-from selenite.cli import main as selenite  # noqa: E402
 from selenite.cycles_check.render_settings import set_comparison  # noqa: E402
 from selenite.scene_read.scene import read_scene  # noqa: E402
 from selenite.scene_read.values import GridValues  # noqa: E402
@@ -202,17 +200,6 @@ def list_captures(path: Path, captures: Sequence[Capture]) -> Path:
     return path
 
 
-def _selenite(*words: str) -> dict[str, Any]:
-    """The JSON object of a command."""
-    out, log = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(log):
-        status = selenite([*words, "--json"])
-    if status:
-        raise RuntimeError(f"selenite {' '.join(words)}: {log.getvalue()}")
-    found: dict[str, Any] = json.loads(out.getvalue().strip().splitlines()[-1])
-    return found
-
-
 def error_of_unseen(scene: Path, unseen: Sequence[Capture], samples: int, folder: Path) -> float:
     """Products of differences with noise of their own have no bias by it."""
     captures = list_captures(folder / "unseen.json", unseen)
@@ -223,7 +210,7 @@ def error_of_unseen(scene: Path, unseen: Sequence[Capture], samples: int, folder
         differences = []
         for half, (seen, _, _) in enumerate(photos):
             out = folder / f"unseen{half}.exr"
-            _selenite(
+            report_of(
                 "render", str(scene), "--captures", str(captures), "--capture", item.id,
                 "--spp", str(samples // 2), "--seed", str(half + 1), "--out", str(out),
             )  # fmt: skip
@@ -256,7 +243,7 @@ def examine(
         return
     begin, cpu = time.monotonic(), time.process_time()
     what = ("--model", f"Body:{model}") if model == CHAIN else ("--fit", MODELS[model])
-    result = _selenite(
+    result = report_of(
         "fit", str(start), *what, "--captures", str(listed), "--out",
         str(folder / "fits"), "--save", str(fitted), "--height", str(options.height), *more,
     )  # fmt: skip

@@ -10,8 +10,6 @@ reflectances are linear in the nodes. --check compares the table with a render o
 
 from __future__ import annotations
 
-import argparse
-import os
 import sys
 from typing import Any
 
@@ -25,10 +23,9 @@ from measure_thin_film import (
     STEP,
     Floats,
     build,
-    committed,
+    command,
     faces,
     render,
-    source,
 )
 
 TABLE = ROOT / "native" / "model" / "tables" / "film_table_of_5.cpp"
@@ -103,17 +100,5 @@ def check(tables: Floats) -> None:
     sys.stderr.write(f"relative differences, median, 99 %, largest: {spread}\n")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description="Measures the colours of thin films in Cycles 5.")
-    parser.add_argument("--check", action="store_true", help="compare, do not write")
-    if not parser.parse_args().check:
-        tables, residual = measure()
-        sys.stderr.write(f"largest residual of the model: {residual:.1e}\n")
-        TABLE.write_text(source(tables, ("kFilmReal", "kFilmImaginary")))
-    check(committed(TABLE))
-    sys.stderr.flush()
-    os._exit(0)  # bpy can hang in its own destructors
-
-
 if __name__ == "__main__":
-    main()
+    command(measure, check, TABLE, ("kFilmReal", "kFilmImaginary"))

@@ -22,6 +22,7 @@ import re
 import sys
 import tempfile
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -258,17 +259,23 @@ def committed(table: Path) -> Floats:
     return np.array(numbers, np.float64).reshape(2, 3, NODES).swapaxes(0, 1)
 
 
-def main() -> None:
+def command(
+    measured: Callable[[], tuple[Floats, float]],
+    checked: Callable[[Floats], None],
+    table: Path,
+    names: tuple[str, str],
+) -> None:
+    """Measures, writes the source and compares it with what Cycles renders; does not return."""
     parser = argparse.ArgumentParser(description="Measures the colours of thin films in Cycles.")
     parser.add_argument("--check", action="store_true", help="compare, do not write")
     if not parser.parse_args().check:
-        tables, residual = measure()
+        tables, residual = measured()
         sys.stderr.write(f"largest residual of the model: {residual:.1e}\n")
-        TABLE.write_text(source(tables, ("kFilmMagnitude", "kFilmPhase")))
-    check(committed(TABLE))
+        table.write_text(source(tables, names))
+    checked(committed(table))
     sys.stderr.flush()
     os._exit(0)  # bpy can hang in its own destructors
 
 
 if __name__ == "__main__":
-    main()
+    command(measure, check, TABLE, ("kFilmMagnitude", "kFilmPhase"))

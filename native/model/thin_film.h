@@ -171,9 +171,7 @@ struct MetalAmplitudes {
     const X n2 = square(metal.n), k2 = square(metal.k), both = metal.n * metal.k * scalar_t<X>(2);
     // The refracted wave u + i v is the root of the square of the index less that of the sine.
     const X part = n2 - k2 - square(outside) * (X(1) - c * c);
-    const X whole = safe_sqrt(X(square(part) + square(both)));
-    const auto half_root = [](const X& x) { return safe_sqrt(X(x * scalar_t<X>(0.5))); };
-    const Phasor<X> beyond{half_root(whole + part), half_root(whole - part)};
+    const Phasor<X> beyond = root_of(part, both);
     divide({outside * c, X(0)}, beyond, across, across2);
     divide({(n2 - k2) * c, both * c}, beyond * outside, along, along2);
     if (!metal.has_edge) return;
@@ -183,6 +181,17 @@ struct MetalAmplitudes {
   }
 
  private:
+  /// The root of part + i both, both >= 0. Its smaller number is a quotient, not a root of a
+  /// difference, so that it has a slope where it is 0.
+  static Phasor<X> root_of(const X& part, const X& both) {
+    using S = scalar_t<X>;
+    const X whole = safe_sqrt(X(square(part) + square(both)));
+    const bool is_real = value_of(part) > 0;
+    const X larger = safe_sqrt(X((is_real ? whole + part : whole - part) * S(0.5)));
+    if (!(value_of(larger) > 0)) return {larger, larger};
+    const X smaller = both / (larger * S(2));
+    return is_real ? Phasor<X>{larger, smaller} : Phasor<X>{smaller, larger};
+  }
   /// (a - b) / (a + b) as its phase and its squared length.
   static void divide(const Phasor<X>& a, const Phasor<X>& b, Phasor<X>& phase, X& length2) {
     const Phasor<X> over{a.re - b.re, a.im - b.im}, under{a.re + b.re, a.im + b.im};

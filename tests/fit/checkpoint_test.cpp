@@ -5,6 +5,7 @@
 
 #include "fit/problem/saved_state.h"
 #include "fit/run/fit_job.h"
+#include "fit/same_result.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {
@@ -22,19 +23,6 @@ FitSettings twelve(const std::string& optimiser, bool accumulate) {
   return settings;
 }
 
-void expect_same(const FitResult& a, const FitResult& b) {
-  EXPECT_EQ(a.best, b.best);
-  EXPECT_EQ(a.last, b.last);
-  EXPECT_EQ(a.best_iteration, b.best_iteration);
-  EXPECT_EQ(a.samples, b.samples);
-  EXPECT_EQ(a.best_validation, b.best_validation);
-  ASSERT_EQ(a.history.size(), b.history.size());
-  for (std::size_t i = 0; i < a.history.size(); ++i) {
-    EXPECT_EQ(a.history[i].values, b.history[i].values) << i;
-    EXPECT_EQ(a.history[i].loss, b.history[i].loss) << i;
-  }
-}
-
 class SavedFit : public testing::TestWithParam<std::tuple<const char*, bool, int>> {};
 
 TEST_P(SavedFit, GoesOnToTheSameBits) {
@@ -50,7 +38,7 @@ TEST_P(SavedFit, GoesOnToTheSameBits) {
   EXPECT_EQ(second.result().iterations, steps);
   while (second.step()) {
   }
-  expect_same(whole.result(), second.result());
+  expect_same_result(whole.result(), second.result());
 }
 
 INSTANTIATE_TEST_SUITE_P(Optimisers, SavedFit,
@@ -105,7 +93,7 @@ TEST(SavedFit, IsResumedInTheMidstOfAnyPhase) {
       EXPECT_EQ(second.saved(), state);
       while (second.step()) {
       }
-      expect_same(whole.result(), second.result());
+      expect_same_result(whole.result(), second.result());
       expect_same_report(whole.result().report, second.result().report);
     }
   }

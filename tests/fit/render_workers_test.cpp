@@ -11,6 +11,7 @@
 #include "fit/evaluate/photo_question.h"
 #include "fit/run/stage_worker.h"
 #include "fit/run/staged_fit.h"
+#include "fit/same_result.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {
@@ -75,26 +76,6 @@ Stage stage_of(const Scene& scene, const std::vector<UnknownParameter>& unknowns
   return stage;
 }
 
-/// Bit by bit.
-void expect_same(const FitResult& one, const FitResult& other) {
-  EXPECT_EQ(one.phase, other.phase);
-  EXPECT_EQ(one.best, other.best);
-  EXPECT_EQ(one.last, other.last);
-  EXPECT_EQ(one.samples, other.samples);
-  ASSERT_EQ(one.history.size(), other.history.size());
-  for (std::size_t i = 0; i < one.history.size(); ++i) {
-    EXPECT_EQ(one.history[i].values, other.history[i].values) << i;
-    EXPECT_EQ(one.history[i].loss, other.history[i].loss) << i;
-  }
-  EXPECT_EQ(one.report.covariance, other.report.covariance);
-  ASSERT_EQ(one.photos.size(), other.photos.size());
-  for (std::size_t i = 0; i < one.photos.size(); ++i) {
-    EXPECT_EQ(one.photos[i].residual_rms, other.photos[i].residual_rms) << i;
-    EXPECT_EQ(one.photos[i].alignment, other.photos[i].alignment) << i;
-    for (int c = 0; c < 3; ++c) EXPECT_EQ(one.photos[i].gain[c], other.photos[i].gain[c]) << i;
-  }
-}
-
 std::vector<PhaseKind> expect_same_steps(const std::vector<UnknownParameter>& unknowns,
                                          std::vector<Stage> stages, int at_once) {
   StagedFit plain(unknowns, stages);
@@ -107,7 +88,7 @@ std::vector<PhaseKind> expect_same_steps(const std::vector<UnknownParameter>& un
       phases.insert(plain.fit().result().phase);
       more = plain.step();
       EXPECT_EQ(fit.step(), more);
-      expect_same(plain.fit().result(), fit.fit().result());
+      expect_same_result(plain.fit().result(), fit.fit().result());
       if (testing::Test::HasFailure()) break;
     }
     EXPECT_EQ(fit.fit().result().message, "");

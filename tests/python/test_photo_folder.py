@@ -46,7 +46,7 @@ def folder(tmp_path: Path) -> Path:
         ("IMG_1.JPG", "", "img_1.jpg"),
         ("img_1", "", "deep/er/IMG_1.TIF"),
         ("C:\\shots\\IMG_1.JPG", "", "IMG_1.png"),
-        ("/home/me/shots/IMG_1", "", "IMG_1.exr"),
+        ("/photos/shots/IMG_1", "", "IMG_1.exr"),
         ("camera 7", "shots/IMG_1.jpg", "IMG_1.jpg"),
         ("IMG.1", "", "IMG.1.jpg"),
         ("Stra\u00dfe", "", "STRASSE.jpg"),
