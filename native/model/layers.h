@@ -57,6 +57,10 @@ struct Layers : LayerWeights<T> {
     } else {
       stack(m, alpha, point);
     }
+    if (flavour.draws_reflections && !point.backfacing) {
+      glass_least = R(0.95);
+      macro_reflected = max(macro_reflected, S(0.95));
+    }
     choose();
   }
 

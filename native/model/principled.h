@@ -32,6 +32,9 @@ struct Flavour {
   /// As the Cycles of Blender 5: films have other colours and lie on metal as well, conductors have
   /// Fresnel's equations, and light that was scattered diffusely goes under surfaces, too.
   bool blender5 = false;
+  /// Glass that is seen from outside is drawn as if it reflected nearly all light: for pictures of what
+  /// surfaces reflect at once. Its value stays.
+  bool draws_reflections = false;
 };
 
 /// Values of Blender's Principled BSDF node, without anisotropy and thin film.

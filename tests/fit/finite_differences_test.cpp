@@ -112,8 +112,8 @@ TEST(FiniteDifferences, WhatIsHeldAgainstTheFilmIsRenderedLikeIt) {
     std::vector<std::size_t> slots;
     (void)render_derivatives(s.problem, &s.reparametrization, s.unknowns.scene_with(s.scene, s.x),
                              s.photos[0], s.x, purpose, {side},
-                             [&](const Vector& at, const SlotLayout& layout, Paths) {
-                               slots.push_back(layout.slots.size());
+                             [&](const Vector& at, const SlotLayout& layout, Paths paths) {
+                               if (paths != Paths::kDirect) slots.push_back(layout.slots.size());
                                return s.film(at, {0.5, 0.5}, 4, 1, layout);
                              });
     return slots;
@@ -126,6 +126,40 @@ TEST(FiniteDifferences, WhatIsHeldAgainstTheFilmIsRenderedLikeIt) {
   EXPECT_EQ(asked(Purpose::kGradient, Side::kBoth), (Slots{all - 1, 0, 0}));
   s.x[kIor] = 9.5;  // up by 0.35 in log(x - 1) would be beyond 10: one side only
   EXPECT_EQ(asked(Purpose::kInstrumental, Side::kBoth), (Slots{rest, 0, 0, rest}));
+}
+
+/// Through glass a highlight changes by little noise, and what is seen through it by much. The picture at
+/// x is shared by roughness and IOR.
+TEST(FiniteDifferences, InstrumentsOfGlassHaveTheirDirectShare) {
+  Setting s;
+  const auto direct = [&](Purpose purpose, Side side) {
+    int pictures = 0;
+    const Film film = render_derivatives(
+        s.problem, &s.reparametrization, s.unknowns.scene_with(s.scene, s.x), s.photos[0], s.x,
+        purpose, {side}, [&](const Vector& at, const SlotLayout& layout, Paths paths) {
+          pictures += paths == Paths::kDirect;
+          return s.film(at, {0.5, 0.5}, 4, 1, layout);
+        });
+    std::vector<Eigen::Index> apart;
+    for (Eigen::Index k = 0; k < s.x.size(); ++k) {
+      const UnknownRow& row = s.layout.rows[static_cast<std::size_t>(k)];
+      const SlotFilm& slot = film.slots[static_cast<std::size_t>(row.slot)];
+      EXPECT_EQ(slot.direct.size(), slot.direct_half_a.size()) << k;
+      if (slot.direct.empty()) continue;
+      apart.push_back(k);
+      // The renderer of this test has no other surface to go to.
+      EXPECT_EQ(slot.direct[20].g, slot.mean[20].g) << k;
+      EXPECT_EQ(slot.direct_half_a[20].g, slot.half_a[20].g) << k;
+    }
+    return std::pair{pictures, apart};
+  };
+  using Found = std::pair<int, std::vector<Eigen::Index>>;
+  const std::vector<Eigen::Index> both{kRoughness, kIor};
+  EXPECT_EQ(direct(Purpose::kInstrumental, Side::kUp), (Found{3, both}));
+  EXPECT_EQ(direct(Purpose::kInstrumental, Side::kBoth), (Found{4, both}));
+  EXPECT_EQ(direct(Purpose::kGradient, Side::kBoth), (Found{0, {}}));
+  s.x[kTransmission] = 0;
+  EXPECT_EQ(direct(Purpose::kInstrumental, Side::kUp), (Found{0, {}}));
 }
 
 /// Whatever their number, each comes once in a round, from above and from below in turns.

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "fit/inference/confidence_intervals.h"
 #include "fit/problem/reparametrization.h"
 #include "fit/synthetic_renderer.h"
@@ -195,6 +197,43 @@ TEST(Instruments, ShareNoSampleWithWhatTheyMultiply) {
   EXPECT_EQ(second(100, 1000).b.filtered, second(-7, 1000).b.filtered);
   EXPECT_NE(second(100, 1000).a.filtered, second(-7, 1000).a.filtered);
   EXPECT_NE(second(100, 1000).b.filtered, second(100, -7).b.filtered);
+}
+
+/// A highlight that moves, under the noise of what is seen through the surface: share of the filtered
+/// column's power that is the highlight.
+float share_of_highlight(bool has_direct) {
+  constexpr int kSize = 24, kRows = 3 * kSize * kSize;
+  const OnePhoto photo(roughness_from(0.5), kSize);
+  Eigen::VectorXf highlight = Eigen::VectorXf::Zero(kRows);
+  for (const int y : {10, 11, 12})
+    for (const int x : {8, 9, 10}) highlight.segment<3>(3 * (y * kSize + x)).setOnes();
+  std::mt19937 engine(3);
+  const auto noise = [&](float sigma) {
+    std::normal_distribution<float> normal(0, sigma);
+    Eigen::VectorXf column(kRows);
+    for (float& number : column) number = normal(engine);
+    return column;
+  };
+  InstrumentalVariables sums;
+  for (int i = 0; i < 8; ++i) {
+    Halves h;
+    h.direct_a = highlight + noise(0.2f);
+    h.direct_b = highlight + noise(0.2f);
+    h.jacobian_a = h.direct_a + noise(4);
+    h.jacobian_b = h.direct_b + noise(4);
+    h.differentiated = Eigen::ArrayX<bool>::Constant(1, true);
+    h.residual_a = h.residual_b = Eigen::VectorXf::Zero(kRows);
+    if (!has_direct) h.direct_a = h.direct_b = Jacobian();
+    sums.add(h, 1);
+  }
+  const Eigen::VectorXf z = photo.all(sums).a.filtered.col(0);
+  const float along = z.dot(highlight);
+  return along * along / (z.squaredNorm() * highlight.squaredNorm());
+}
+
+TEST(Instruments, NoiseBehindASurfaceDoesNotBuryItsHighlights) {
+  EXPECT_LT(share_of_highlight(false), 0.2);
+  EXPECT_GT(share_of_highlight(true), 0.8);
 }
 
 TEST(Instruments, WhoCancelsIsHeard) {

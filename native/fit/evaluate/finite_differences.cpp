@@ -36,12 +36,31 @@ double difference_step(const Scene& scene, const ParameterRef& ref, Purpose purp
   return is_sharp_refraction(scene, ref, options) ? options.gradient_log_excess : 0;
 }
 
+/// The values of a material with the maps at their extremes: those that refract most and sharpest.
+Principled<double> sharpest(const Material& material) {
+  Principled<double> values = material.values;
+  for (const FieldMap& map : material.maps) {
+    if (map.field == material_field(&MaterialValues::transmission)) values.transmission = 1;
+    if (map.field == material_field(&MaterialValues::roughness)) values.roughness = 0;
+    if (map.field == material_field(&MaterialValues::metallic)) values.metallic = 0;
+  }
+  return values;
+}
+
+/// Whether what lies on the far side of a surface is seen through it, beside its reflections.
+bool lets_light_through(const Scene& scene, const ParameterRef& ref) {
+  if (ref.kind != OwnerKind::kMaterial) return false;
+  const auto values = sharpest(scene.appearance.materials[static_cast<std::size_t>(ref.owner)]);
+  return values.transmission * (1 - values.metallic) > 0;
+}
+
 /// A parameter whose derivative pictures are differences.
 struct FiniteDifference {
   std::vector<Eigen::Index> members;  ///< its components
   double step;                        ///< distance of the two pictures, in `Reparametrization`
   const Parameter& description;
   bool refraction;  ///< see `is_sharp_refraction`
+  bool has_direct;  ///< the direct share is rendered apart
 };
 
 /// Those of the unknowns, and the parameters that are left.
@@ -76,7 +95,9 @@ Shares shares_of(const Problem& problem, const Scene& scene, const Photo& photo,
           differences && together ? difference_step(scene, ref, purpose, options) : 0;
       if (step > 0)
         shares.differences.push_back(
-            {std::move(members[p]), step, description, is_sharp_refraction(scene, ref, options)});
+            {std::move(members[p]), step, description, is_sharp_refraction(scene, ref, options),
+             purpose == Purpose::kInstrumental && description.effect == Effect::kSurface &&
+                 lets_light_through(scene, ref)});
       else
         shares.carried.push_back(ref);
     };
@@ -193,14 +214,8 @@ bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref,
                          const FiniteDifferenceOptions& options) {
   if (ref.kind != OwnerKind::kMaterial || scene.description(ref).scale != Scale::kLogExcess)
     return false;
-  const Material& material = scene.appearance.materials[static_cast<std::size_t>(ref.owner)];
-  Principled<double> sharpest = material.values;
-  for (const FieldMap& map : material.maps) {
-    if (map.field == material_field(&MaterialValues::transmission)) sharpest.transmission = 1;
-    if (map.field == material_field(&MaterialValues::roughness)) sharpest.roughness = 0;
-    if (map.field == material_field(&MaterialValues::metallic)) sharpest.metallic = 0;
-  }
-  return sharpest.transmission * (1 - sharpest.metallic) > options.sharp * sharpest.roughness;
+  const auto values = sharpest(scene.appearance.materials[static_cast<std::size_t>(ref.owner)]);
+  return values.transmission * (1 - values.metallic) > options.sharp * values.roughness;
 }
 
 Differences differences_of(Purpose purpose, int iteration, const FiniteDifferenceOptions& options) {
@@ -223,6 +238,7 @@ Film render_derivatives(const Problem& problem, const Reparametrization* reparam
   Film film;
   if (!alone) film = render_passes(problem.layout, passes, x, render);
   const Vector slope = shares.differences.empty() ? Vector() : reparametrization->slope(x);
+  Film direct;  // at x
   for (int index = 0; const FiniteDifference& difference : shares.differences) {
     if (!which.taken(index++)) continue;
     if (!which.roughnesses && difference.description.scale == Scale::kRoughness) continue;
@@ -254,6 +270,17 @@ Film render_derivatives(const Problem& problem, const Reparametrization* reparam
     film.slots[slot] =
         divided_difference(high.size() > 0 ? high : film, low.size() > 0 ? low : film, scale);
     if (!independent && !alone) note_covariance(film, film.slots[slot]);
+    if (!difference.has_direct) continue;
+    const auto direct_end = [&](const std::optional<Vector>& to) {
+      return to || alone ? render(to.value_or(x), layout, Paths::kDirect) : Film();
+    };
+    const Film above_direct = direct_end(above), below_direct = direct_end(below);
+    if (!two_more && direct.size() == 0) direct = render(x, layout, Paths::kDirect);
+    SlotFilm apart_from_rest =
+        divided_difference(above_direct.size() > 0 ? above_direct : direct,
+                           below_direct.size() > 0 ? below_direct : direct, scale);
+    film.slots[slot].direct = std::move(apart_from_rest.mean);
+    film.slots[slot].direct_half_a = std::move(apart_from_rest.half_a);
   }
   if (film.size() == 0) film = render_passes(problem.layout, passes, x, render);
   for (const std::size_t slot : shares.unseen)

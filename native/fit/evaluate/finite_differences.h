@@ -34,8 +34,9 @@ enum class Purpose {
 /// Where the other picture of a difference lies.
 enum class Side { kUp, kDown, kBoth };
 
-/// Whose random numbers a picture has.
-enum class Paths { kOfFilm, kOther };
+/// Which paths a picture has: those of the film, those of other random numbers, or those of the film as
+/// far as the first surface and the lights that it is lit by.
+enum class Paths { kOfFilm, kOther, kDirect };
 
 /// The photo at values x, with the derivatives of `layout`.
 using PictureAt = std::function<Film(const Vector& x, const SlotLayout& layout, Paths paths)>;
@@ -91,7 +92,10 @@ bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref,
 /// with the residuals of the film. Its two pictures have random numbers of their own, so that the product
 /// has no bias of noise.
 ///
-/// The slot of a difference has `mean`, `half_a` and `covariance`; its `variance` is 0.
+/// The slot of a difference has `mean`, `half_a` and `covariance`; its `variance` is 0. Of an instrument
+/// by roughness or IOR of what lets light through it also has the direct share: highlights change
+/// by little noise there, which the rest of the paths would bury. That takes one more picture, and one
+/// for each of these parameters, of short paths.
 Film render_derivatives(const Problem& problem, const Reparametrization* reparametrization,
                         const Scene& scene, const Photo& photo, const Vector& x, Purpose purpose,
                         Differences which, const PictureAt& render,

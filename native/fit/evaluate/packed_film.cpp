@@ -44,6 +44,8 @@ void visit_pictures(FilmType& film, const Visit& visit) {
     visit(slot.variance);
     visit(slot.covariance);
     visit(slot.aim_excess);
+    visit(slot.direct);
+    visit(slot.direct_half_a);
   }
 }
 

@@ -125,9 +125,17 @@ void PhotoEvaluator::find_alignment(const Photo& photo, const Film& film) {
 }
 
 Film PhotoEvaluator::picture(const Scene& scene, const Photo& photo, const SlotLayout& layout,
-                             int spp, std::uint64_t seed) {
-  Film film = settings_->renderer(scene, camera_of(scene, photo), layout,
-                                  settings_of(photo, spp, seed), progress_);
+                             int spp, std::uint64_t seed, bool direct) {
+  RenderSettings settings = settings_of(photo, spp, seed);
+  Film film;
+  if (direct) {
+    settings.depth = 1;
+    Scene reflecting = scene;
+    for (Material& one : reflecting.appearance.materials) one.flavour.draws_reflections = true;
+    film = settings_->renderer(reflecting, camera_of(scene, photo), layout, settings, progress_);
+  } else {
+    film = settings_->renderer(scene, camera_of(scene, photo), layout, settings, progress_);
+  }
   counts_->add(film, photo);
   return film;
 }
@@ -140,8 +148,9 @@ Film PhotoEvaluator::rendered(const Point& point, const Photo& photo, const Eval
       model_.problem, model_.differences, scene, photo, point.scalars, how.purpose,
       *how.derivatives, [&](const Vector& at, const SlotLayout& layout, Paths paths) {
         there.scalars = at;
-        const std::uint64_t seed = paths == Paths::kOfFilm ? how.seed : seed_of(how.seed, 1, 0);
-        return picture(scene_of(photo, there), photo, layout, how.spp, seed);
+        const std::uint64_t seed = paths == Paths::kOther ? seed_of(how.seed, 1, 0) : how.seed;
+        return picture(scene_of(photo, there), photo, layout, how.spp, seed,
+                       paths == Paths::kDirect);
       });
 }
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/objective/half_buffers.h"
 
+#include <algorithm>
+#include <array>
 #include <optional>
+#include <utility>
 
 #include "fit/objective/alignment.h"
 #include "fit/objective/closed_form_gain.h"
@@ -95,6 +98,11 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
   }
   std::optional<AlignmentEquations> alignment;
   if (photo.align) alignment.emplace(photo, weights);
+  const Eigen::VectorXf no_covariance = Eigen::VectorXf::Zero(rows);
+  if (std::ranges::any_of(film.slots, [](const SlotFilm& one) { return !one.direct.empty(); })) {
+    halves.direct_a.setZero(rows, unknowns);
+    halves.direct_b.setZero(rows, unknowns);
+  }
   for (Eigen::Index k = 0; k < unknowns; ++k) {
     const UnknownRow& row = problem.layout.rows[static_cast<std::size_t>(k)];
     const SlotFilm& slot = film.slots[static_cast<std::size_t>(row.slot)];
@@ -107,6 +115,18 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
     if (alignment) {
       alignment->eliminate(halves.jacobian_a.col(k));
       alignment->eliminate(halves.jacobian_b.col(k));
+    }
+    if (!slot.direct.empty()) {
+      set_column(halves.direct_a, k, as_vector(slot.direct_half_a), row.channel, scale);
+      set_column(halves.direct_b, k, odd_half(film, slot.direct, slot.direct_half_a), row.channel,
+                 scale);
+      const std::array<std::pair<Jacobian*, const Eigen::VectorXf*>, 2> parts{
+          {{&halves.direct_a, &picture_a}, {&halves.direct_b, &picture_b}}};
+      for (const auto& [part, picture] : parts) {
+        if (alignment) alignment->eliminate(part->col(k));
+        if (gain)
+          gain->eliminate(*picture, halves.variance, no_covariance, row.channel, part->col(k));
+      }
     }
     if (!gain) continue;
     gain->eliminate(picture_a, halves.variance, covariance, row.channel, halves.jacobian_a.col(k));

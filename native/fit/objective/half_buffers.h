@@ -28,8 +28,11 @@ struct Halves {
   Jacobian jacobian_a, jacobian_b;
   /// By unknown: whether the film has a derivative by it, its columns being 0 otherwise.
   Eigen::ArrayX<bool> differentiated;
+  /// The direct share of the columns, 0 where it is not known apart; empty: of none.
+  Jacobian direct_a, direct_b;
   void members(SavedState& state) {
-    state(residual_a, residual_b, variance, jacobian_a, jacobian_b, differentiated);
+    state(residual_a, residual_b, variance, jacobian_a, jacobian_b, differentiated, direct_a,
+          direct_b);
   }
 };
 

@@ -20,7 +20,7 @@ void apply_gain(const Colorf& gain, Film& film, std::optional<std::size_t> slot)
   SlotFilm by_gain;
   if (slot) {
     // The film without the gain, and its covariance with the film that has it.
-    by_gain = {film.mean, film.half_a, film.variance, film.variance, {}};
+    by_gain = {film.mean, film.half_a, film.variance, film.variance, {}, {}, {}};
     scale(by_gain.covariance, gain);
   }
   if (gain != Colorf(1)) {
@@ -31,6 +31,8 @@ void apply_gain(const Colorf& gain, Film& film, std::optional<std::size_t> slot)
     for (SlotFilm& one : film.slots) {
       scale(one.mean, gain);
       scale(one.half_a, gain);
+      scale(one.direct, gain);
+      scale(one.direct_half_a, gain);
       scale(one.variance, square);
       scale(one.covariance, square);
     }

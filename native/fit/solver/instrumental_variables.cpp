@@ -14,7 +14,9 @@ void InstrumentalVariables::members(SavedState& state) {
   state(parts_[0], parts_[1], adds_, picture_a_, picture_b_, picture_weight_);
 }
 
-void InstrumentalVariables::Part::members(SavedState& state) { state(a, b, weight); }
+void InstrumentalVariables::Part::members(SavedState& state) {
+  state(a, b, direct_a, direct_b, weight);
+}
 
 void InstrumentalVariables::add(const Halves& halves, double keep, double weight) {
   const float kept = static_cast<float>(keep), fresh = static_cast<float>(weight);
@@ -25,8 +27,9 @@ void InstrumentalVariables::add(const Halves& halves, double keep, double weight
       part.a = part.b = Jacobian::Zero(halves.jacobian_a.rows(), columns);
       part.weight = Eigen::VectorXd::Zero(columns);
     }
-    part.a *= kept;
-    part.b *= kept;
+    if (halves.direct_a.size() > 0 && part.direct_a.size() == 0)
+      part.direct_a = part.direct_b = Jacobian::Zero(halves.jacobian_a.rows(), columns);
+    for (Jacobian* sums : {&part.a, &part.b, &part.direct_a, &part.direct_b}) *sums *= kept;
     part.weight *= keep;
   }
   picture_a_ *= kept;
@@ -41,6 +44,10 @@ void InstrumentalVariables::add(const Halves& halves, double keep, double weight
     ++adds;
     now.a.col(k) += fresh * halves.jacobian_a.col(k);
     now.b.col(k) += fresh * halves.jacobian_b.col(k);
+    if (halves.direct_a.size() > 0) {
+      now.direct_a.col(k) += fresh * halves.direct_a.col(k);
+      now.direct_b.col(k) += fresh * halves.direct_b.col(k);
+    }
     now.weight[k] += weight;
   }
 }
@@ -66,8 +73,8 @@ InstrumentalVariables::Set InstrumentalVariables::all(const SlotLayout& layout, 
     throw_if_cancelled(progress);
     const auto& [half, which] = halves[static_cast<std::size_t>(i % 2)];
     const Eigen::Index k = i / 2;
-    if (parts_[0].weight[k] + parts_[1].weight[k] > 0)
-      half->filtered.col(k) = filtered(layout, photo, which, importance, *half, k);
+    if (parts_[0].weight[k] + parts_[1].weight[k] == 0) return;
+    half->filtered.col(k) = filtered(layout, photo, which, importance, k, Share::kIndirect);
   });
   if (denoising == Denoising::kRegression)
     parallel_for(2, threads, [&](int i) {
@@ -75,6 +82,16 @@ InstrumentalVariables::Set InstrumentalVariables::all(const SlotLayout& layout, 
       const auto& [half, which] = halves[static_cast<std::size_t>(i)];
       regress(layout, photo, which, importance, *half);
     });
+  parallel_for(2 * columns, threads, [&](int i) {
+    const Eigen::Index k = i / 2;
+    if (!has_direct(k)) return;
+    throw_if_cancelled(progress);
+    const auto& [half, which] = halves[static_cast<std::size_t>(i % 2)];
+    auto column = half->filtered.col(k);
+    column *= confirmed(column, i % 2 == 0 ? &Part::b : &Part::a, importance, k);
+    clear(which, importance, column, *half, k);
+    column += filtered(layout, photo, which, importance, k, Share::kDirect);
+  });
   return set;
 }
 
@@ -113,24 +130,70 @@ double InstrumentalVariables::share(Eigen::Index k) const {
 
 Eigen::VectorXf InstrumentalVariables::filtered(const SlotLayout& layout, const Photo& photo,
                                                 Jacobian Part::*which,
-                                                const Eigen::VectorXf& importance, const Half& half,
-                                                Eigen::Index k) const {
+                                                const Eigen::VectorXf& importance, Eigen::Index k,
+                                                Share of) const {
   const auto& [first, second] = parts_;
   const int channel = layout.rows[static_cast<std::size_t>(k)].channel;
-  const Eigen::VectorXf slope = half.slopes.col(k);
+  const Eigen::VectorXf in_first = sum(first, which, k, of), in_second = sum(second, which, k, of);
+  const Eigen::VectorXf slope =
+      (in_first + in_second) / static_cast<float>(first.weight[k] + second.weight[k]);
   if (share(k) == 0)
     return box_blur(clipped_derivative(slope, photo, channel, options_.filter), photo.width,
                     photo.height, options_.first_blur_radius);
-  const Eigen::VectorXf one = (first.*which).col(k) / static_cast<float>(first.weight[k]);
-  const Eigen::VectorXf other = (second.*which).col(k) / static_cast<float>(second.weight[k]);
-  return filtered_derivative(slope, one, other, share(k), photo, channel, importance,
-                             options_.filter);
+  return filtered_derivative(slope, in_first / static_cast<float>(first.weight[k]),
+                             in_second / static_cast<float>(second.weight[k]), share(k), photo,
+                             channel, importance, options_.filter);
+}
+
+Eigen::VectorXf InstrumentalVariables::sum(const Part& part, Jacobian Part::*which, Eigen::Index k,
+                                           Share share) {
+  const Jacobian& direct = which == &Part::a ? part.direct_a : part.direct_b;
+  if (share == Share::kDirect) return direct.col(k);
+  if (direct.size() == 0) return (part.*which).col(k);
+  return (part.*which).col(k) - direct.col(k);
+}
+
+float InstrumentalVariables::confirmed(const Eigen::VectorXf& filtered, Jacobian Part::*other,
+                                       const Eigen::VectorXf& importance, Eigen::Index k) const {
+  const auto& [first, second] = parts_;
+  const Eigen::VectorXf slope =
+      (sum(first, other, k, Share::kIndirect) + sum(second, other, k, Share::kIndirect)) /
+      static_cast<float>(first.weight[k] + second.weight[k]);
+  const float power = importance.dot(filtered.cwiseAbs2());
+  if (!(power > 0)) return 0;
+  return std::clamp(importance.dot(filtered.cwiseProduct(slope)) / power, 0.f, 1.f);
+}
+
+void InstrumentalVariables::clear(Jacobian Part::*which, const Eigen::VectorXf& importance,
+                                  const Eigen::VectorXf& indirect, Half& half,
+                                  Eigen::Index k) const {
+  if (share(k) == 0) return;
+  const auto& [first, second] = parts_;
+  const auto in_first = static_cast<float>(first.weight[k]),
+             in_second = static_cast<float>(second.weight[k]);
+  const Eigen::VectorXf one = sum(first, which, k, Share::kIndirect) / in_first;
+  const Eigen::VectorXf other = sum(second, which, k, Share::kIndirect) / in_second;
+  const Eigen::VectorXf mean = (one * in_first + other * in_second) / (in_first + in_second);
+  const float power = importance.dot(mean.cwiseAbs2());
+  if (!(power > 0)) return;
+  const float signal = std::clamp(importance.dot(one.cwiseProduct(other)) / power, 0.f, 1.f);
+  half.slopes.col(k) += (1 - signal) * (indirect - mean);
+  half.noise.col(k) -= (1 - signal) * (one - other) * static_cast<float>(std::sqrt(share(k)));
+}
+
+bool InstrumentalVariables::has_direct(Eigen::Index k) const {
+  return std::ranges::any_of(parts_, [&](const Part& part) {
+    return part.direct_a.size() > 0 && (part.direct_a.col(k).array() != 0).any();
+  });
 }
 
 void InstrumentalVariables::regress(const SlotLayout& layout, const Photo& photo,
                                     Jacobian Part::*which, const Eigen::VectorXf& importance,
                                     Half& half) const {
   const auto& [first, second] = parts_;
+  const auto indirect = [&](const Part& part, Eigen::Index k) {
+    return sum(part, which, k, Share::kIndirect);
+  };
   std::vector<Eigen::Index> noisy;
   std::vector<float> filtered;  // share of the filter's picture
   Jacobian columns(half.slopes.rows(), half.slopes.cols());
@@ -140,11 +203,11 @@ void InstrumentalVariables::regress(const SlotLayout& layout, const Photo& photo
       return clipped_derivative(column, photo, layout.rows[static_cast<std::size_t>(k)].channel,
                                 options_.filter);
     };
-    const Eigen::VectorXf one =
-        clipped((first.*which).col(k) / static_cast<float>(first.weight[k]));
-    const Eigen::VectorXf other =
-        clipped((second.*which).col(k) / static_cast<float>(second.weight[k]));
-    const Eigen::VectorXf mean = clipped(half.slopes.col(k));
+    const Eigen::VectorXf in_first = indirect(first, k), in_second = indirect(second, k);
+    const Eigen::VectorXf one = clipped(in_first / static_cast<float>(first.weight[k]));
+    const Eigen::VectorXf other = clipped(in_second / static_cast<float>(second.weight[k]));
+    const Eigen::VectorXf mean =
+        clipped((in_first + in_second) / static_cast<float>(first.weight[k] + second.weight[k]));
     const double power = importance.dot(mean.cwiseAbs2());
     const double common = importance.dot(one.cwiseProduct(other));
     if (!(power > 0) || common >= options_.clear * power) continue;

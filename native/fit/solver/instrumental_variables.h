@@ -28,7 +28,8 @@ struct InstrumentalVariablesOptions {
 enum class Denoising { kFilter, kRegression };
 
 /// Jacobians of a photo summed over iterations, halves apart: derivative pictures whose noise falls from
-/// iteration to iteration.
+/// iteration to iteration. Direct shares, where films have them, are filtered apart from the rest, whose
+/// noise would bury them.
 class InstrumentalVariables {
  public:
   InstrumentalVariables() = default;
@@ -66,16 +67,28 @@ class InstrumentalVariables {
   /// Each half is in two parts: what they have in common is signal, the rest is noise.
   struct Part {
     Jacobian a, b;
-    Eigen::VectorXd weight;  ///< of the columns
+    Jacobian direct_a, direct_b;  ///< their direct shares; empty: none is known
+    Eigen::VectorXd weight;       ///< of the columns
     void members(SavedState& state);
   };
+  /// Of a column: what came along more than one surface, or all where nothing is known apart; the rest.
+  enum class Share { kIndirect, kDirect };
+  /// A share of column k of a half, summed over a part.
+  static Eigen::VectorXf sum(const Part& part, Jacobian Part::*which, Eigen::Index k, Share share);
+  bool has_direct(Eigen::Index k) const;
+  /// Puts `indirect`, what is known of a half's column without its direct share, in the place of as much of that
+  /// share's mean as is noise.
+  void clear(Jacobian Part::*which, const Eigen::VectorXf& importance,
+             const Eigen::VectorXf& indirect, Half& half, Eigen::Index k) const;
+  /// The share of a filtered column's power that the other half confirms. What is left is noise.
+  float confirmed(const Eigen::VectorXf& filtered, Jacobian Part::*other,
+                  const Eigen::VectorXf& importance, Eigen::Index k) const;
   Half means(Jacobian Part::*which) const;
   /// Variance of the mean of column k over that of the difference of the parts.
   double share(Eigen::Index k) const;
-  /// Column k of a half, clipped and filtered.
+  /// A share of column k of a half, clipped and filtered.
   Eigen::VectorXf filtered(const SlotLayout& layout, const Photo& photo, Jacobian Part::*which,
-                           const Eigen::VectorXf& importance, const Half& half,
-                           Eigen::Index k) const;
+                           const Eigen::VectorXf& importance, Eigen::Index k, Share of) const;
   /// Blends the filtered columns of a half with their regressions, which count as much as they are noisy.
   void regress(const SlotLayout& layout, const Photo& photo, Jacobian Part::*which,
                const Eigen::VectorXf& importance, Half& half) const;

@@ -19,6 +19,8 @@ struct SlotFilm {
   Picture variance;    ///< of `mean`
   Picture covariance;  ///< of `mean` with the image's mean: what makes a product of both unbiased
   Picture aim_excess;  ///< see Film
+  /// The share of `mean` and `half_a` along paths that end at the first surface; empty: not known apart.
+  Picture direct, direct_half_a;
 };
 
 /// What a render gives. Samples are independent, so the two halves are too; the half over the odd
