@@ -216,8 +216,8 @@ TEST(FiniteDifferences, DifferencesAloneNeedNoPictureBetween) {
     const Film found = render_derivatives(
         s.problem, &s.reparametrization, s.unknowns.scene_with(s.scene, s.unknowns.start()),
         s.photos[0], s.unknowns.start(), Purpose::kInstrumental, which,
-        [&](const Vector& at, const SlotLayout& layout, Paths) {
-          iors.push_back(at[at.size() - 1]);
+        [&](const Vector& at, const SlotLayout& layout, Paths paths) {
+          if (paths != Paths::kDirect) iors.push_back(at[at.size() - 1]);
           return s.film(at, {0.5, 0.5}, 4, 1, layout);
         });
     if (film) *film = found;
