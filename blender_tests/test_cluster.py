@@ -100,8 +100,8 @@ def plain(plan):
     return ended(job)
 
 
-def started(plan, client):
-    workers = ClusterWorkers(client, parcel_of(plan), soonest=60.0)
+def started(plan, client, say=lambda _: None, soonest=60.0):
+    workers = ClusterWorkers(client, parcel_of(plan), say=say, soonest=soonest)
     job = FitJob(plan, workers=workers)
     job.start()
     return job
@@ -138,6 +138,42 @@ def test_a_worker_that_is_killed_is_replaced(captured):
         wait_for(job, 3)
         os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
         assert ended(job) == plain(plan)
+
+
+@contextmanager
+def hanging(pids):
+    """Processes that do not move."""
+    for pid in pids:
+        os.kill(pid, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        for pid in pids:
+            os.kill(pid, signal.SIGCONT)
+
+
+@pytest.mark.parametrize("count", [1, 2], ids=["one of two", "all"])
+def test_a_fit_does_without_workers_that_hang(captured, count):
+    plan, said = plan_of(captured, iterations=15), []
+    with cluster() as client:
+        pids = list(client.run(os.getpid).values())
+        job = started(plan, client, said.append, soonest=2.0)
+        wait_for(job, 3)
+        with hanging(pids[:count]):
+            assert ended(job) == plain(plan)
+    assert any("has not answered for" in text for text in said)
+
+
+def test_a_worker_that_has_hung_is_asked_again(captured):
+    plan, said = plan_of(captured, iterations=30), []
+    with cluster() as client:
+        pids = list(client.run(os.getpid).values())
+        job = started(plan, client, said.append, soonest=2.0)
+        wait_for(job, 3)
+        with hanging(pids):
+            wait_for(job, 5)
+        assert ended(job) == plain(plan)
+    assert any("answers again" in text for text in said)
 
 
 def test_a_worker_of_another_kind_is_named_before_the_first_step(captured, monkeypatch):

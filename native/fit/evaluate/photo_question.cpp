@@ -31,7 +31,7 @@ PixelMask mask_of(const std::string& bits, std::size_t count) {
 /// Member by member: the gaps between them hold anything, and equal questions have equal bytes.
 void members_of(Evaluation& how, SavedState& state) {
   bool derivatives = how.derivatives.has_value();
-  state(how.spp, how.seed, how.purpose, derivatives);
+  state(how.spp, how.seed, how.purpose, how.halves, derivatives);
   if (!derivatives) return;
   if (state.reading()) how.derivatives.emplace();
   Differences& which = *how.derivatives;
