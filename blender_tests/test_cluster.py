@@ -122,7 +122,7 @@ def test_eight_captures_on_two_workers_give_the_same_bytes(captured, tmp_path, c
     status, report, _ = command(capsys, *words, f"--out={tmp_path / 'plain'}")
     assert status == 0
     status, other, err = command(capsys, *words, f"--out={tmp_path / 'c'}", "--scheduler=local:2")
-    assert status == 0 and "cluster: 2 photos are rendered at once" in err
+    assert status == 0 and "cluster: 4 photos are rendered at once" in err
     one, two = (
         without_times(json.loads((Path(item["folder"]) / "result.json").read_text()))
         for item in (report, other)

@@ -21,7 +21,7 @@ class Parts:
 @dataclass
 class Model:
     """Steps as batches of pictures, each of which ends before the next begins. each: seconds of the
-    fit for a picture. way, asking: seconds of a question to a worker and back, and those of them
+    fit for a picture, once it has all of a batch. way, asking: seconds of a question to a worker and back, and those of them
     that keep the fit from other work."""
 
     batches: list[list[Parts]]
@@ -38,8 +38,7 @@ class Model:
 
     def _end(self, batch: list[Parts], workers: int, bandwidth: float, latency: float) -> float:
         free = [0.0] * workers
-        asked = link = now = len(batch) * self.asking
-        arrivals = []
+        link, arrivals = 0.0, []
         for index, picture in enumerate(batch):
             asked = (index + 1) * self.asking + picture.sent / bandwidth
             begin = max(heapq.heappop(free), asked + self.way / 2 + latency)
@@ -47,8 +46,7 @@ class Model:
             arrivals.append((begin + picture.seconds, picture.received))
         for done, size in arrivals:  # they are wanted in this order
             link = max(link, done) + size / bandwidth
-            now = max(now, link + latency + self.way / 2) + self.each
-        return now
+        return link + latency + self.way / 2 + len(batch) * self.each
 
     def of_photos(self, photos: int) -> Model:
         """The same of so many photos."""

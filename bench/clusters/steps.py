@@ -144,7 +144,7 @@ def main(about: str) -> int:
     asked = argparse.ArgumentParser(prog="./dev bench cluster", description=about)
     add = asked.add_argument
     add("--photos", type=int, default=8, help="(%(default)s)")
-    add("--height", type=int, default=96, help="pixels of the photos (%(default)s)")
+    add("--height", type=int, default=64, help="pixels of the photos (%(default)s)")
     add("--spp", type=int, default=8, help="samples of a step (%(default)s)")
     add("--steps", type=int, default=10, help="that are measured (%(default)s)")
     add("--rounds", type=int, default=3, help="(%(default)s)")

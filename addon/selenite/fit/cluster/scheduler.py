@@ -14,6 +14,8 @@ from .address import Address
 if TYPE_CHECKING:
     from distributed import Client
 
+#: Photos that a local process renders at once: one keeps its core busy while another travels.
+_AT_ONCE = 2
 #: Seconds for a scheduler to answer.
 _PATIENCE = 20.0
 
@@ -31,7 +33,7 @@ def connected(address: Address) -> Iterator[Client]:
     if address.local:
         with (
             distributed.LocalCluster(
-                n_workers=address.local, threads_per_worker=1, processes=True, host="127.0.0.1",
+                n_workers=address.local, threads_per_worker=_AT_ONCE, processes=True, host="127.0.0.1",
                 dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
             ) as cluster,
             distributed.Client(cluster, set_as_default=False, direct_to_workers=True) as client,
