@@ -33,8 +33,8 @@ def connected(address: Address) -> Iterator[Client]:
     if address.local:
         with (
             distributed.LocalCluster(
-                n_workers=address.local, threads_per_worker=_AT_ONCE, processes=True, host="127.0.0.1",
-                dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
+                n_workers=address.local, threads_per_worker=_AT_ONCE, processes=True,
+                host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
             ) as cluster,
             distributed.Client(cluster, set_as_default=False, direct_to_workers=True) as client,
         ):  # fmt: skip
