@@ -54,7 +54,6 @@ def written(home: Path, count: int) -> tuple[Path, dict[str, list[float]]]:
         colour = random.uniform(0.1, 0.9, 3).round(3).tolist()
         photo = home / f"{number:03}.exr"
         words = ["render", scene, f"--out={photo}", "--spp=64", f"--seed={1000 + number}"]
-        words += ["--width=24", "--height=16"]
         values = ",".join(map(str, colour))
         if selenite([*words, "--set", f"Body:base_color={values}"]):
             raise SystemExit(f"no photo of {name}")
