@@ -20,6 +20,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "blender_tests")]
 
+import bpy  # noqa: E402
 import made_scenes as made  # type: ignore[import-not-found]  # noqa: E402
 import numpy as np  # noqa: E402
 
@@ -44,6 +45,7 @@ threads = 1
 
 def written(home: Path, count: int) -> tuple[Path, dict[str, list[float]]]:
     """The file of a batch, and the true colours of its fits that have one."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
     made.studio(base_color=(0.5, 0.5, 0.5), roughness=0.5)
     made.light("Key Light", energy=40)
     scene = made.save(home / "ball.blend")
@@ -63,7 +65,7 @@ def written(home: Path, count: int) -> tuple[Path, dict[str, list[float]]]:
         elif number == _MISSING:
             text += 'scene = "nowhere.blend"\n'
         elif number == _UNSEEN:
-            text += 'fit = "Body:transmission_roughness"\n'
+            text += 'fit = "Body:coat_roughness"\n'
         else:
             truth[name] = colour
     file = home / "fits.toml"
