@@ -152,7 +152,7 @@ def test_a_fit_does_without_workers_that_hang(captured, count):
     plan, said = plan_of(captured, iterations=15), []
     with cluster() as client:
         pids = list(client.run(os.getpid).values())
-        job = started(plan, client, said.append, soonest=2.0)
+        job = started(plan, client, said.append, soonest=4.0)
         wait_for(job, 3)
         with hanging(pids[:count]):
             assert ended(job) == plain(plan)
@@ -163,7 +163,7 @@ def test_a_worker_that_has_hung_is_asked_again(captured):
     plan, said = plan_of(captured, iterations=5000), []
     with cluster() as client:
         pids = list(client.run(os.getpid).values())
-        job = started(plan, client, said.append, soonest=2.0)
+        job = started(plan, client, said.append, soonest=4.0)
         wait_for(job, 3)
         with hanging(pids):
             wait_for(job, 5)
