@@ -15,13 +15,12 @@ if TYPE_CHECKING:
 
     from .parcel import Parcel
 
-#: Seconds for the workers to show what they are.
-_CHECK = 300.0
 
-
-def compare(client: Client, names: list[str], parcel: Parcel, data: Future, share: Share) -> None:
-    """Raises BadInput, which names every worker that computes other numbers. data: the parcel's, as
-    the workers have it."""
+def compare(
+    client: Client, names: list[str], parcel: Parcel, data: Future, share: Share, seconds: float
+) -> None:
+    """Makes workers know the fit. data: the parcel's, as they have it. Raises BadInput, which names
+    every worker that computes other numbers, or does not answer for so many seconds."""
     here = {**worker.facts_here(), "proof": parcel.proof}
     futures = [
         client.submit(worker.about, data, share, workers=[name], pure=False) for name in names
@@ -30,7 +29,7 @@ def compare(client: Client, names: list[str], parcel: Parcel, data: Future, shar
     for name, future in zip(names, futures, strict=True):
         title = thing("Worker", name)
         try:
-            there = future.result(timeout=_CHECK)
+            there = future.result(timeout=seconds)
         except Exception as error:
             cause = f"it cannot render this scene ({type(error).__name__}: {error})"
             cure = f"install selenite[cluster] {here['version']} there, for the same Python"

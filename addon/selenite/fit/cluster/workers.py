@@ -15,7 +15,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, TypeVar, cast
 
 from ...problems import BadInput, Problem, listed
 from . import worker
@@ -35,8 +35,11 @@ if TYPE_CHECKING:
 _LATE, _SOONEST, _FIRST = 5.0, 20.0, 900.0
 #: How often workers may fail with a question before the fit ends.
 _TRIES = 4
-#: Seconds for the scene to reach the workers.
-_SEND = 300.0
+#: Seconds for the workers to get the scene and to show what they are, and for one that joins later.
+_CHECK, _CHECK_LATER = 300.0, 60.0
+
+
+_T = TypeVar("_T")
 
 
 class _NoResult(Exception):
@@ -49,9 +52,10 @@ class ClusterFailed(RuntimeError):
 
 @dataclass
 class _Attempt:
-    """An answer on its way here. task: of a worker; None: of this process."""
+    """An answer on its way here, and the worker's name. task: of a worker; None: of this
+    process."""
 
-    fetched: concurrent.futures.Future[object]
+    fetched: concurrent.futures.Future[tuple[object, str]]
     task: Future | None
     since: float
 
@@ -92,15 +96,15 @@ class ClusterWorkers:
         self._numbers = itertools.count(1)
         self._asked: dict[int, _Asked] = {}
         self._silent: dict[str, Future] = {}  # worker that is not asked -> what it does first
+        self._known: dict[str, float] = {}  # worker -> since when it knows the fit, by the clock
+        self._refused: set[str] = set()  # workers that joined later and compute other numbers
         self._paces: deque[float] = deque(maxlen=99)  # seconds for a unit of work
         self._lost_since: float | None = None  # the scheduler, by the clock
         self._here: StageWorker | None = None
         self._thread_here = concurrent.futures.ThreadPoolExecutor(1)
         processes, self.busy_with = share_of(client)
         self._share = Share(parcel.digest, processes, threads)
-        names = list(_workers(client))
-        self._data = self._sent(names)
-        compare(client, names, parcel, self._data, self._share)
+        self._introduce(list(_workers(client)), _CHECK)
 
     def ask(self, question: bytes, work: float) -> int:
         """Hands on a question of so much work; returns at once."""
@@ -122,10 +126,14 @@ class ClusterWorkers:
             return None
         done = next(one for one in asked.attempts if one.fetched.done())
         try:
-            found = done.fetched.result()
+            found, name = done.fetched.result()
         except Exception as error:
             if self._connected():
                 self._give_up(asked, done, error)
+            return None
+        if found is None:
+            self._introduce_later(name, done.since)
+            self._remove(asked, done)
             return None
         if not isinstance(found, bytes):
             raise ClusterFailed(f"a worker answers with {type(found).__name__} in place of bytes")
@@ -142,13 +150,13 @@ class ClusterWorkers:
     def _attempt(self, asked: _Asked) -> None:
         """By a worker that is neither silent nor late with this question; else by this process."""
         others: list[str] = []
-        if avoided := {*self._silent, *asked.late}:
+        if avoided := {*self._silent, *self._refused, *asked.late}:
             others = [name for name in _workers(self._client) if name not in avoided]
             if not others:
                 self._attempt_here(asked)
                 return
         task = self._client.submit(
-            worker.answer, self._data, self._share, asked.question,
+            worker.answer, self._share, asked.question,
             pure=False, workers=others or None, allow_other_workers=False, retries=1,
         )  # fmt: skip
         asked.attempts.append(_Attempt(self._soon(self._fetch(task)), task, time.monotonic()))
@@ -157,18 +165,18 @@ class ClusterWorkers:
         fetched = self._thread_here.submit(self._answer_here, asked.question)
         asked.attempts.append(_Attempt(fetched, None, time.monotonic()))
 
-    def _answer_here(self, question: bytes) -> object:
+    def _answer_here(self, question: bytes) -> tuple[object, str]:
         if self._here is None:
             self._here, _ = opened(self._parcel.data, self._share.threads)
-        return self._here.answer(question)
+        return self._here.answer(question), ""
 
-    def _soon(self, work: Coroutine[object, object, object]) -> concurrent.futures.Future[object]:
+    def _soon(self, work: Coroutine[object, object, _T]) -> concurrent.futures.Future[_T]:
         """Begins it in the thread of the client."""
         loop = cast("BaseAsyncIOLoop", self._client.loop).asyncio_loop
         return asyncio.run_coroutine_threadsafe(work, loop)
 
-    async def _fetch(self, task: Future) -> object:
-        """The result of a task, from its worker. The client's own `gather` joins those of several
+    async def _fetch(self, task: Future) -> tuple[object, str]:
+        """The result of a task, and its worker. The client's own `gather` joins those of several
         tasks, and a worker that hangs would keep the answers of all others. Raises _NoResult."""
         from distributed.utils_comm import gather_from_workers
 
@@ -179,15 +187,29 @@ class ClusterWorkers:
             where = await self._client.scheduler.who_has(keys=[task.key])
             found = (await gather_from_workers(where, rpc=self._client.rpc))[0]
             if task.key in found:
-                return found[task.key]
+                return found[task.key], next(iter(where[task.key]))
         raise _NoResult
 
-    def _sent(self, names: list[str]) -> Future:
-        """The parcel's data, once these workers have it. Raises a TimeoutError or OSError."""
+    def _introduce(self, names: list[str], seconds: float) -> None:
+        """Makes workers know the fit. Raises BadInput, or a TimeoutError where they do not take
+        the scene."""
         sending = self._client.scatter(
             self._parcel.data, workers=names, broadcast=True, hash=False, asynchronous=True
         )
-        return cast("Future", self._soon(sending).result(_SEND))
+        data = cast("Future", self._soon(sending).result(seconds))
+        compare(self._client, names, self._parcel, data, self._share, seconds)
+        self._known.update(dict.fromkeys(names, time.monotonic()))
+
+    def _introduce_later(self, name: str, since: float) -> None:
+        """The same of a worker that has joined since, or has forgotten the fit. since: when it was
+        asked."""
+        if name in self._refused or since < self._known.get(name, 0.0):
+            return
+        try:
+            self._introduce([name], _CHECK_LATER)
+        except (BadInput, OSError) as error:  # also of time
+            self._refused.add(name)
+            self._say(f"warning: {name} is not asked: {error or 'it does not take the scene'}")
 
     def _ask_others(self, asked: _Asked) -> None:
         """Where an answer is late, another attempt is made. Whoever has the question is asked for
@@ -222,23 +244,20 @@ class ClusterWorkers:
                 self._say(f"{name} answers again")
 
     def _give_up(self, asked: _Asked, attempt: _Attempt, error: BaseException) -> None:
-        """A worker has died with the question, or with the scene."""
+        """A worker has died with the question."""
         if attempt.task is not None and attempt.task.status == "error":
             error = attempt.task.exception() or error
         asked.failures += 1
         if asked.failures >= _TRIES or isinstance(error, (ValueError, KeyError)):
             raise ClusterFailed(f"a worker cannot render a photo: {error}") from error
+        self._remove(asked, attempt)
+
+    def _remove(self, asked: _Asked, attempt: _Attempt) -> None:
+        """Another one takes the place of the last."""
         asked.attempts.remove(attempt)
         attempt.drop()
-        if asked.attempts:
-            return
-        names = [name for name in _workers(self._client) if name not in self._silent]
-        try:
-            if self._data.status != "finished":
-                self._data = self._sent(names)
+        if not asked.attempts:
             self._attempt(asked)
-        except OSError:  # also of time: no worker takes the scene
-            self._attempt_here(asked)
 
     def _connected(self) -> bool:
         """Raises ClusterFailed where the scheduler has been away for too long."""
