@@ -104,7 +104,11 @@ class ClusterWorkers:
         self._thread_here = concurrent.futures.ThreadPoolExecutor(1)
         processes, self.busy_with = share_of(client)
         self._share = Share(parcel.digest, processes, threads)
-        self._introduce(list(_workers(client)), _CHECK)
+        try:
+            self._introduce(list(_workers(client)), _CHECK)
+        except TimeoutError as error:
+            cause = f"its workers have not taken the scene within {_CHECK:.0f} s"
+            raise BadInput(Problem("Cluster", cause, "end workers that hang")) from error
 
     def ask(self, question: bytes, work: float) -> int:
         """Hands on a question of so much work; returns at once."""
