@@ -2,9 +2,10 @@
 """`./dev bench cluster`: what workers cost and bring in a step of a fit.
 
 The demo scene with photos of our own. Measures a step in one process, with one worker and with two
-(one thread each), and the times of its parts in one process: of each picture, and of what the fit
-does with it. From these parts it predicts a step for one to 256 workers with modelled links.
-Status 1 where one worker costs more than the limit, or the prediction for two is off by more.
+(a core each), and the times of its parts in one process: of each picture, and of what the fit does
+with it. From these parts and the pace of one worker it predicts a step for one to 256 workers with
+modelled links. Status 1 where one worker costs more than the limit, or the prediction for two is
+off by more.
 """
 
 import sys

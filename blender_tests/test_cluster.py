@@ -21,7 +21,9 @@ distributed = pytest.importorskip("distributed")
 from selenite.capture.request import CaptureRequest  # noqa: E402
 from selenite.cli import main  # noqa: E402
 from selenite.fit.cluster import workers as cluster_workers  # noqa: E402
+from selenite.fit.cluster.address import Address  # noqa: E402
 from selenite.fit.cluster.parcel import parcel_of  # noqa: E402
+from selenite.fit.cluster.scheduler import connected  # noqa: E402
 from selenite.fit.cluster.workers import ClusterWorkers  # noqa: E402
 from selenite.fit.job import FitJob  # noqa: E402
 from selenite.fit.plan import prepare  # noqa: E402
@@ -70,16 +72,9 @@ def without_times(report):
     return [without_times(item) for item in report] if isinstance(report, list) else report
 
 
-@contextmanager
 def cluster(count=2):
     """A client of so many processes."""
-    with (
-        distributed.LocalCluster(
-            n_workers=count, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=50
-        ) as made_here,
-        distributed.Client(made_here, set_as_default=False) as client,
-    ):
-        yield client
+    return connected(Address(local=count))
 
 
 def ended(job):
@@ -100,8 +95,8 @@ def plain(plan):
     return ended(job)
 
 
-def started(plan, client):
-    workers = ClusterWorkers(client, parcel_of(plan), soonest=60.0)
+def started(plan, client, say=lambda _: None, soonest=60.0):
+    workers = ClusterWorkers(client, parcel_of(plan), say=say, soonest=soonest)
     job = FitJob(plan, workers=workers)
     job.start()
     return job
@@ -122,7 +117,7 @@ def test_eight_captures_on_two_workers_give_the_same_bytes(captured, tmp_path, c
     status, report, _ = command(capsys, *words, f"--out={tmp_path / 'plain'}")
     assert status == 0
     status, other, err = command(capsys, *words, f"--out={tmp_path / 'c'}", "--scheduler=local:2")
-    assert status == 0 and "cluster: 2 photos are rendered at once" in err
+    assert status == 0 and "cluster: 4 photos are rendered at once" in err
     one, two = (
         without_times(json.loads((Path(item["folder"]) / "result.json").read_text()))
         for item in (report, other)
@@ -138,6 +133,47 @@ def test_a_worker_that_is_killed_is_replaced(captured):
         wait_for(job, 3)
         os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
         assert ended(job) == plain(plan)
+
+
+@contextmanager
+def hanging(pids):
+    """Processes that do not move."""
+    for pid in pids:
+        os.kill(pid, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        for pid in pids:
+            os.kill(pid, signal.SIGCONT)
+
+
+@pytest.mark.parametrize("count", [1, 2], ids=["one of two", "all"])
+def test_a_fit_does_without_workers_that_hang(captured, count):
+    plan, said = plan_of(captured, iterations=15), []
+    with cluster() as client:
+        pids = list(client.run(os.getpid).values())
+        job = started(plan, client, said.append, soonest=4.0)
+        wait_for(job, 3)
+        with hanging(pids[:count]):
+            assert ended(job) == plain(plan)
+    assert any("has not answered for" in text for text in said)
+
+
+def test_a_worker_that_has_hung_is_asked_again(captured):
+    plan, said = plan_of(captured, iterations=5000), []
+    with cluster() as client:
+        pids = list(client.run(os.getpid).values())
+        job = started(plan, client, said.append, soonest=4.0)
+        wait_for(job, 3)
+        with hanging(pids):
+            wait_for(job, 5)
+        end = time.monotonic() + PATIENCE
+        while not any("answers again" in text for text in said):
+            assert time.monotonic() < end and job.progress().running
+            time.sleep(0.01)
+        wait_for(job, job.progress().iteration + 2)
+        job.cancel()
+        job.join()
 
 
 def test_a_worker_of_another_kind_is_named_before_the_first_step(captured, monkeypatch):
@@ -213,7 +249,7 @@ def scheduler(start, port):
 def test_a_run_goes_on_after_its_scheduler_has_died(captured, tmp_path, capsys, unused_port):
     scene, _, photos = captured
     words = ["fit", scene, "--fit=Body:base_color,roughness", "--height=18", "--spp=8"]
-    words += ["--iterations=40", "--tolerance=0", "--picture-spp=4", "--no-until-converged"]
+    words += ["--iterations=120", "--tolerance=0", "--picture-spp=4", "--no-until-converged"]
     words += [f"--photo={name}={photos[name]}" for name in CAMERAS[:3]]
     status, report, _ = command(capsys, *words, f"--out={tmp_path / 'plain'}")
     assert status == 0
@@ -225,7 +261,7 @@ def test_a_run_goes_on_after_its_scheduler_has_died(captured, tmp_path, capsys, 
         with scheduler(start, unused_port) as head:
             fit = start(str(script), *words, f"--out={out}", at, stderr=subprocess.PIPE, text=True)
             end = time.monotonic() + PATIENCE
-            while not list(out.glob("*.unfinished/fit_3.state")):
+            while not list(out.glob("*.unfinished/fit_*.state")):
                 assert time.monotonic() < end and fit.poll() is None
                 time.sleep(0.05)
             head.kill()

@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import argparse
+import os
 import statistics
 import time
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +24,7 @@ from selenite.fit.plan import FitPlan, build_scene, prepare
 from selenite.fit.request import RunRequest, UnknownRequest
 from selenite.fit.settings import FitSettings
 
+from .cores import pin
 from .model import Model, Parts
 
 if TYPE_CHECKING:
@@ -139,12 +142,23 @@ def way_of(client: Client, size: int) -> tuple[float, float]:
     return statistics.median(asked(1) for _ in range(9)), asked(64) / 64
 
 
+def by_workers_of(plan: FitPlan, count: int, steps: int) -> tuple[float, float, float]:
+    """Seconds of a step with so many workers of a core each, and of questions as of way_of."""
+    with connected(Address(local=count)) as client:
+        for core, name in enumerate(
+            client.scheduler_info()["workers"], (os.cpu_count() or 1) - count
+        ):
+            client.run(pin, core, workers=[name])
+        workers = ClusterWorkers(client, parcel_of(plan), threads=1)
+        return step_seconds(plan, steps, workers), *way_of(client, 1000)
+
+
 def main(about: str) -> int:
     """Prints the tables. about: of the bench."""
     asked = argparse.ArgumentParser(prog="./dev bench cluster", description=about)
     add = asked.add_argument
     add("--photos", type=int, default=8, help="(%(default)s)")
-    add("--height", type=int, default=96, help="pixels of the photos (%(default)s)")
+    add("--height", type=int, default=64, help="pixels of the photos (%(default)s)")
     add("--spp", type=int, default=8, help="samples of a step (%(default)s)")
     add("--steps", type=int, default=10, help="that are measured (%(default)s)")
     add("--rounds", type=int, default=3, help="(%(default)s)")
@@ -152,38 +166,32 @@ def main(about: str) -> int:
     plan = plan_of(options)
     plain: list[float] = []
     parts: list[tuple[float, list[list[Parts]], float]] = []
-    by_workers: dict[int, list[float]] = {1: [], 2: []}
-    way = asking = 0.0
+    one: list[tuple[float, float, float]] = []
+    two: list[float] = []
     for _ in range(options.rounds):
         plain.append(step_seconds(plan, options.steps))
         parts.append(parts_of(plan, options.steps))
-        for count, found in by_workers.items():
-            with connected(Address(local=count)) as client:
-                workers = ClusterWorkers(client, parcel_of(plan), threads=1)
-                found.append(step_seconds(plan, options.steps, workers))
-                if count == 1:
-                    way, asking = way_of(client, 1000)
+        one.append(by_workers_of(plan, 1, options.steps))
+        two.append(by_workers_of(plan, 2, options.steps)[0])
     whole, batches, each = min(parts, key=lambda item: item[0])
-    model = Model(batches, options.steps, each, way, asking)
-    received = sum(part.received for one in batches for part in one) / options.steps
-    sent = sum(part.sent for one in batches for part in one) / options.steps
-    step = min(plain)
-    print(f"one process: {step:.3f} s a step ({' '.join(f'{s:.3f}' for s in plain)})")
+    by_one, way, asking = min(one)
+    from_parts = Model(batches, options.steps, each, way, asking)
+    model = from_parts.calibrated(by_one)
+    received = sum(part.received for batch in batches for part in batch) / options.steps
+    sent = sum(part.sent for batch in batches for part in batch) / options.steps
+    step, by_two, predicted = min(plain), min(two), model.step(2)
+    print(f"one process: {step:.3f} s a step ({_listed(plain)})")
     print(f"its parts: {whole:.3f} s, of these {each * 1e3:.2f} ms of the fit for a picture")
     print(f"a question: {way * 1e3:.1f} ms to a worker and back, {asking * 1e3:.2f} ms among many")
     print(f"bytes of a step: {sent / 1e3:.0f} kB to workers, {received / 1e3:.0f} kB back")
-    wrong = False
-    for count, found in by_workers.items():
-        best, predicted = min(found), model.step(count)
-        listed = " ".join(f"{s:.3f}" for s in found)
-        print(
-            f"{count} workers: {best:.3f} s a step ({listed}), {best / step:.3f} of one process, "
-            f"predicted {predicted:.3f} ({predicted / best - 1:+.1%})"
-        )
-    overhead = min(by_workers[1]) / step - 1
-    off = model.step(2) / min(by_workers[2]) - 1
+    print(
+        f"1 worker: {by_one:.3f} s a step ({_listed(item[0] for item in one)}), "
+        f"{from_parts.step(1):.3f} by the parts"
+    )
+    print(f"2 workers: {by_two:.3f} s a step ({_listed(two)}), {predicted:.3f} predicted")
+    overhead, off = by_one / step - 1, predicted / by_two - 1
     print(f"overhead of one worker: {overhead:+.1%} (limit {_LIMIT:.0%})")
-    wrong = overhead > _LIMIT or abs(off) > _WITHIN
+    print(f"error of the prediction for two: {off:+.1%} (limit {_WITHIN:.0%})")
     for name, (bandwidth, latency) in _LINKS.items():
         print(f"\nsimulated, {name}: how much faster than one process")
         print("| workers | " + " | ".join(f"{n} photos" for n in (8, 64, 512)) + " |")
@@ -192,7 +200,11 @@ def main(about: str) -> int:
             cells = []
             for photos in (8, 64, 512):
                 of = model.of_photos(photos)
-                one = step * photos / options.photos
-                cells.append(f"{one / of.step(count, bandwidth, latency):.1f}")
+                alone = step * photos / options.photos
+                cells.append(f"{alone / of.step(count, bandwidth, latency):.1f}")
             print(f"| {count} | {' | '.join(cells)} |")
-    return int(wrong)
+    return int(overhead > _LIMIT or abs(off) > _WITHIN)
+
+
+def _listed(seconds: Iterable[float]) -> str:
+    return " ".join(f"{one:.3f}" for one in seconds)

@@ -209,6 +209,7 @@ TEST(PackedFilm, ComesBackBitByBit) {
 
 TEST(PackedFilm, IsAsLargeAsWhatWasRendered) {
   Film film = noisy_film(2);
+  const std::size_t whole = packed(film, nullptr).size();
   PixelMask some(film.size());
   some[1] = some[5] = 1;
   const auto blacken = [&](Picture& picture, float black) {
@@ -223,12 +224,30 @@ TEST(PackedFilm, IsAsLargeAsWhatWasRendered) {
   }
   const std::string bytes = packed(film, &some);
   expect_same(film, unpacked_film(bytes, &some));
-  EXPECT_LT(bytes.size() + 8 * 6 * sizeof(Colorf), packed(film, nullptr).size())
+  EXPECT_LT(bytes.size() + 8 * 6 * sizeof(Colorf), whole)
       << "six pictures are of two pixels, not of twelve";
   EXPECT_THROW(unpacked_film(bytes, nullptr), InvalidArgument);
   EXPECT_THROW(unpacked_film(std::string_view(bytes).substr(0, bytes.size() - 1), &some),
                InvalidArgument);
   EXPECT_THROW(unpacked_film(bytes + "x", &some), InvalidArgument);
+}
+
+TEST(PackedFilm, TakesABitForABlackPixel) {
+  Film film = noisy_film(2);
+  const std::size_t whole = packed(film, nullptr).size();
+  for (SlotFilm& slot : film.slots)
+    for (std::size_t i = 3; i < film.size(); ++i) slot.mean[i] = Colorf(0.f);
+  film.slots[1].mean[8] = Colorf(-0.f);  // which has other bits than black
+  const std::string bytes = packed(film, nullptr);
+  expect_same(film, unpacked_film(bytes, nullptr));
+  EXPECT_LT(bytes.size() + 15 * sizeof(Colorf), whole);
+  PixelMask some(film.size());
+  some[0] = some[4] = some[8] = 1;
+  for (std::size_t i = 0; i < film.size(); ++i)
+    if (!some[i])
+      film.mean[i] = film.half_a[i] = film.slots[0].mean[i] = film.slots[1].mean[i] = Colorf(1.f);
+  expect_same(film, unpacked_film(packed(film, &some), &some));
+  EXPECT_THROW(unpacked_film(bytes.substr(0, bytes.size() - 4), nullptr), InvalidArgument);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/evaluate/packed_film.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "fit/evaluate/headed_bytes.h"
@@ -9,10 +10,20 @@
 namespace selenite {
 namespace {
 
-enum class Packing : std::uint8_t { kEmpty, kConstant, kMasked, kWhole };
+/// Sparse: black pixels take a bit, as those of derivatives beside the object.
+enum class Packing : std::uint8_t {
+  kEmpty,
+  kConstant,
+  kMasked,
+  kMaskedSparse,
+  kWhole,
+  kWholeSparse
+};
+
+constexpr std::size_t kSparse = 16;  ///< from a black pixel in so many on
 
 [[noreturn]] void damaged() {
-  throw Refused("", "The picture of a worker is damaged or of another version", "");
+  throw Refused("", "A message between a fit and its workers is damaged or of another version", "");
 }
 
 bool same_bits(const Colorf& a, const Colorf& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
@@ -24,11 +35,12 @@ struct Header {
   std::string first_dropped;
   double seconds = 0, cpu_seconds = 0;
   std::vector<Packing> packings;
-  std::vector<Colorf> others;  ///< what pixels hold that are not packed, of each picture
+  std::vector<Colorf> others;      ///< what pixels hold that are not packed, of each picture
+  std::vector<std::string> black;  ///< which are, of each sparse picture: eight in a byte
 
   void members(SavedState& state) {
     state(width, height, spp, lanes, dropped, truncated, vertices, exits, slots, first_dropped,
-          seconds, cpu_seconds, packings, others);
+          seconds, cpu_seconds, packings, others, black);
   }
 };
 
@@ -49,19 +61,46 @@ void visit_pictures(FilmType& film, const Visit& visit) {
   }
 }
 
+bool is_black(const Colorf& pixel) { return same_bits(pixel, Colorf(0.f)); }
+
+bool is_masked(Packing packing) {
+  return packing == Packing::kMasked || packing == Packing::kMaskedSparse;
+}
+
+bool is_sparse(Packing packing) {
+  return packing == Packing::kMaskedSparse || packing == Packing::kWholeSparse;
+}
+
 /// How a picture is packed; `other`: what it holds outside the mask.
 Packing packing_of(const Picture& picture, const PixelMask* pixels, Colorf& other) {
   if (picture.empty()) return Packing::kEmpty;
   bool constant = true, masked = pixels != nullptr && pixels->size() == picture.size();
   const Colorf* outside = nullptr;
-  for (std::size_t i = 0; i < picture.size() && (constant || masked); ++i) {
+  std::size_t black = 0, black_inside = 0, inside = 0;
+  for (std::size_t i = 0; i < picture.size(); ++i) {
+    const bool is = is_black(picture[i]);
     constant = constant && same_bits(picture[i], picture[0]);
-    if (!masked || (*pixels)[i]) continue;
+    black += is;
+    if (!masked) continue;
+    if ((*pixels)[i]) {
+      ++inside;
+      black_inside += is;
+      continue;
+    }
     if (outside == nullptr) outside = &picture[i];
     masked = same_bits(picture[i], *outside);
   }
   other = constant || outside == nullptr ? picture[0] : *outside;
-  return constant ? Packing::kConstant : masked ? Packing::kMasked : Packing::kWhole;
+  if (constant) return Packing::kConstant;
+  if (masked) return kSparse * black_inside > inside ? Packing::kMaskedSparse : Packing::kMasked;
+  return kSparse * black > picture.size() ? Packing::kWholeSparse : Packing::kWhole;
+}
+
+/// Calls visit(pixel) for those that are packed.
+template <class PictureType, class Visit>
+void visit_pixels(PictureType& picture, const PixelMask* mask, const Visit& visit) {
+  for (std::size_t i = 0; i < picture.size(); ++i)
+    if (mask == nullptr || (*mask)[i]) visit(picture[i]);
 }
 
 void append(const void* data, std::size_t size, std::string& to) {
@@ -69,6 +108,20 @@ void append(const void* data, std::size_t size, std::string& to) {
 }
 
 }  // namespace
+
+std::string bits_of(const PixelMask& mask) {
+  std::string bits((mask.size() + 7) / 8, '\0');
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    if (mask[i]) bits[i / 8] = static_cast<char>(bits[i / 8] | (1 << (i % 8)));
+  return bits;
+}
+
+PixelMask mask_of(const std::string& bits, std::size_t count) {
+  if (bits.size() != (count + 7) / 8) damaged();
+  PixelMask mask(count);
+  for (std::size_t i = 0; i < count; ++i) mask[i] = (bits[i / 8] >> (i % 8)) & 1;
+  return mask;
+}
 
 std::string packed(const Film& film, const PixelMask* pixels) {
   Header header{film.width,
@@ -84,6 +137,7 @@ std::string packed(const Film& film, const PixelMask* pixels) {
                 film.seconds,
                 film.cpu_seconds,
                 {},
+                {},
                 {}};
   std::string body;
   visit_pictures(film, [&](const Picture& picture) {
@@ -91,10 +145,19 @@ std::string packed(const Film& film, const PixelMask* pixels) {
     const Packing packing = packing_of(picture, pixels, other);
     header.packings.push_back(packing);
     header.others.push_back(other);
-    if (packing == Packing::kWhole) append(picture.data(), picture.size() * sizeof(Colorf), body);
-    if (packing != Packing::kMasked) return;
-    for (std::size_t i = 0; i < picture.size(); ++i)
-      if ((*pixels)[i]) append(&picture[i], sizeof(Colorf), body);
+    if (packing == Packing::kEmpty || packing == Packing::kConstant) return;
+    if (packing == Packing::kWhole) {
+      append(picture.data(), picture.size() * sizeof(Colorf), body);
+      return;
+    }
+    const PixelMask* mask = is_masked(packing) ? pixels : nullptr;
+    PixelMask black;
+    visit_pixels(picture, mask, [&](const Colorf& pixel) {
+      const bool omitted = is_sparse(packing) && is_black(pixel);
+      black.push_back(omitted ? 1 : 0);
+      if (!omitted) append(&pixel, sizeof pixel, body);
+    });
+    if (is_sparse(packing)) header.black.push_back(bits_of(black));
   });
   SavedState state;
   state(header);
@@ -129,20 +192,37 @@ Film unpacked_film(std::string_view bytes, const PixelMask* pixels) {
     std::memcpy(static_cast<void*>(to), bytes.data(), wanted);
     bytes.remove_prefix(wanted);
   };
-  std::size_t next = 0;
+  std::size_t next = 0, next_sparse = 0;
   visit_pictures(film, [&](Picture& picture) {
     if (next >= header.packings.size() || next >= header.others.size()) damaged();
     const Packing packing = header.packings[next];
     const Colorf other = header.others[next++];
     if (packing == Packing::kEmpty) return;
     picture.assign(count, other);
-    if (packing == Packing::kWhole) take(picture.data(), count);
-    if (packing != Packing::kMasked) return;
-    if (pixels == nullptr) damaged();
-    for (std::size_t i = 0; i < count; ++i)
-      if ((*pixels)[i]) take(&picture[i], 1);
+    if (packing == Packing::kConstant) return;
+    if (packing == Packing::kWhole) {
+      take(picture.data(), count);
+      return;
+    }
+    if (is_masked(packing) && pixels == nullptr) damaged();
+    const PixelMask* mask = is_masked(packing) ? pixels : nullptr;
+    PixelMask black;
+    if (is_sparse(packing)) {
+      if (next_sparse == header.black.size()) damaged();
+      const auto listed = mask ? std::ranges::count_if(*mask, [](auto one) { return one != 0; })
+                               : static_cast<std::ptrdiff_t>(count);
+      black = mask_of(header.black[next_sparse++], static_cast<std::size_t>(listed));
+    }
+    std::size_t pixel_number = 0;
+    visit_pixels(picture, mask, [&](Colorf& pixel) {
+      if (is_sparse(packing) && black[pixel_number++] != 0)
+        pixel = Colorf(0.f);
+      else
+        take(&pixel, 1);
+    });
   });
-  if (next != header.packings.size() || !bytes.empty()) damaged();
+  if (next != header.packings.size() || next_sparse != header.black.size() || !bytes.empty())
+    damaged();
   return film;
 }
 

@@ -31,6 +31,19 @@ FilmLoss loss_of_rendered(FilmLoss loss, const Colorf& gain) {
   return loss;
 }
 
+/// Pictures that no phase reads need not travel.
+void leave_out_unread(const Photo& photo, const Evaluation& how, Film& film) {
+  film.aim_excess.clear();
+  if (!how.halves) film.half_a.clear();
+  const bool gradient = how.purpose == Purpose::kGradient;
+  for (SlotFilm& slot : film.slots) {
+    slot.aim_excess.clear();
+    slot.variance.clear();
+    if (gradient) slot.half_a.clear();
+    if (!gradient && photo.gain_freedom == GainFreedom::kNone) slot.covariance.clear();
+  }
+}
+
 /// Numbers of a field belong to channels in turns.
 void scale_fields(const Colorf& gain, const Photo& photo, const Fields& fields,
                   std::vector<CellJacobian>& jacobians) {
@@ -217,7 +230,9 @@ Film PhotoEvaluator::answer(const PhotoQuestion& question) {
   photo.alignment = question.alignment;
   photo.pixels = question.pixels;
   aims_[photo.id] = question.aims;
-  return rendered(question.point, photo, question.how);
+  Film film = rendered(question.point, photo, question.how);
+  leave_out_unread(photo, question.how, film);
+  return film;
 }
 
 PhotoEvaluator::Expected::~Expected() {

@@ -12,26 +12,10 @@ namespace {
 
 constexpr double kTooManyDropped = 1e-3;  ///< share of the samples
 
-/// Eight pixels of a mask in a byte.
-std::string bits_of(const PixelMask& mask) {
-  std::string bits((mask.size() + 7) / 8, '\0');
-  for (std::size_t i = 0; i < mask.size(); ++i)
-    if (mask[i]) bits[i / 8] = static_cast<char>(bits[i / 8] | (1 << (i % 8)));
-  return bits;
-}
-
-PixelMask mask_of(const std::string& bits, std::size_t count) {
-  if (bits.size() != (count + 7) / 8)
-    throw Refused("", "The pixels of a question are of another picture", "");
-  PixelMask mask(count);
-  for (std::size_t i = 0; i < count; ++i) mask[i] = (bits[i / 8] >> (i % 8)) & 1;
-  return mask;
-}
-
 /// Member by member: the gaps between them hold anything, and equal questions have equal bytes.
 void members_of(Evaluation& how, SavedState& state) {
   bool derivatives = how.derivatives.has_value();
-  state(how.spp, how.seed, how.purpose, derivatives);
+  state(how.spp, how.seed, how.purpose, how.halves, derivatives);
   if (!derivatives) return;
   if (state.reading()) how.derivatives.emplace();
   Differences& which = *how.derivatives;

@@ -20,6 +20,7 @@ struct Evaluation {
   std::uint64_t seed;
   std::optional<Differences> derivatives{};
   Purpose purpose = Purpose::kInstrumental;
+  bool halves = true;  ///< whether anybody asks for those of the picture
 };
 
 /// What a fit has rendered.

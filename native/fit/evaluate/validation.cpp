@@ -34,7 +34,9 @@ Validation validate(const FitProblem& problem, PhotoEvaluator& evaluator, const 
   std::vector<Alignment> alignments;
   const auto how = [&](std::size_t i) {
     return Evaluation{
-        spp, stream_seed(problem.settings().seed, Stream::kValidation, 0, static_cast<int>(i))};
+        .spp = spp,
+        .seed = stream_seed(problem.settings().seed, Stream::kValidation, 0, static_cast<int>(i)),
+        .halves = false};
   };
   Ahead ahead;
   for (std::size_t i = 0; i < photos.size(); ++i) {

@@ -109,7 +109,6 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
     halves.differentiated[k] = !slot.mean.empty();
     if (!halves.differentiated[k]) continue;
     const float scale = static_cast<float>(slope[k]);
-    const Eigen::VectorXf covariance = as_vector(slot.covariance) * (2 * scale);
     set_column(halves.jacobian_a, k, as_vector(slot.half_a), row.channel, scale);
     set_column(halves.jacobian_b, k, odd_half(film, slot.mean, slot.half_a), row.channel, scale);
     if (alignment) {
@@ -129,6 +128,7 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
       }
     }
     if (!gain) continue;
+    const Eigen::VectorXf covariance = as_vector(slot.covariance) * (2 * scale);
     gain->eliminate(picture_a, halves.variance, covariance, row.channel, halves.jacobian_a.col(k));
     gain->eliminate(picture_b, halves.variance, covariance, row.channel, halves.jacobian_b.col(k));
   }

@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "math/fault.h"
@@ -36,12 +37,21 @@ class SavedState {
   }
 
   bool reading() const { return reading_; }
-  /// What was written, with a checksum.
-  std::string sealed() const {
-    const std::uint64_t sum = checksum();
-    std::string all = bytes_;
-    all.append(reinterpret_cast<const char*>(&sum), sizeof sum);
-    return all;
+  /// What was written, with a checksum. It is handed out: a state may be large.
+  std::string sealed() {
+    append_checksum(0);
+    return std::exchange(bytes_, {});
+  }
+  /// When writing: the sealed state of another object, as a string. It is written in its place.
+  template <class Part>
+  void nested(Part& part) {
+    std::int64_t size = 0;
+    const std::size_t before = bytes_.size(), begin = before + sizeof size;
+    one(size);
+    part.members(*this);
+    append_checksum(begin);
+    size = static_cast<std::int64_t>(bytes_.size() - begin);
+    std::memcpy(bytes_.data() + before, &size, sizeof size);
   }
   /// When reading: InvalidArgument unless everything has been read.
   void expect_end() const {
@@ -57,7 +67,13 @@ class SavedState {
   [[noreturn]] static void damaged() {
     throw Refused("", "The saved state is damaged or of another version", "start without it");
   }
-  std::uint64_t checksum() const { return hash64(bytes_); }
+  std::uint64_t checksum(std::size_t begin = 0) const {
+    return hash64(std::string_view(bytes_).substr(begin));
+  }
+  void append_checksum(std::size_t begin) {
+    const std::uint64_t sum = checksum(begin);
+    bytes_.append(reinterpret_cast<const char*>(&sum), sizeof sum);
+  }
   void raw(void* data, std::size_t size) {
     if (size == 0) return;
     if (!reading_) {

@@ -31,6 +31,8 @@ class Fit {
   /// The whole state: a fit with the same arguments that is restored from it takes the same steps to the
   /// last bit. Between two steps, in any phase.
   std::string saved();
+  /// The same within another state.
+  void members(SavedState& state);
   /// Before the first step. InvalidArgument when it is damaged or of a fit with other arguments.
   void restore(std::string_view saved);
   /// After `restore`: of a fit that had ended.
@@ -64,7 +66,6 @@ class Fit {
   std::unique_ptr<Phase> next_phase();
   std::unique_ptr<Phase> refinement_of_best(const Descent& descent);
   std::unique_ptr<Phase> phase_to_restore(PhaseKind kind);
-  void members(SavedState& state);
 
   Fit(std::shared_ptr<FitProblem> problem);
 

@@ -137,9 +137,9 @@ std::string StagedFit::saved() {
     EndedStage ended = *one;
     state(ended.result, ended.result.stopped, ended.seconds);
   }
-  std::string now = fit_->saved();
+  state.nested(*fit_);
   StopReason stopped = stopped_;
-  state(now, stopped);
+  state(stopped);
   return state.sealed();
 }
 

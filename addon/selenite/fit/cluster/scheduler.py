@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from ...problems import BadInput, Problem
@@ -14,6 +14,8 @@ from .address import Address
 if TYPE_CHECKING:
     from distributed import Client
 
+#: Photos that a local process renders at once: one keeps its core busy while another travels.
+_AT_ONCE = 2
 #: Seconds for a scheduler to answer.
 _PATIENCE = 20.0
 
@@ -29,13 +31,7 @@ def connected(address: Address) -> Iterator[Client]:
         raise BadInput(Problem("Argument --scheduler", cause, cure)) from error
     logging.getLogger("distributed").setLevel(logging.ERROR)
     if address.local:
-        with (
-            distributed.LocalCluster(
-                n_workers=address.local, threads_per_worker=1, processes=True, host="127.0.0.1",
-                dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
-            ) as cluster,
-            distributed.Client(cluster, set_as_default=False, direct_to_workers=True) as client,
-        ):  # fmt: skip
+        with _local(address.local) as client:
             yield client
         return
     try:
@@ -50,3 +46,22 @@ def connected(address: Address) -> Iterator[Client]:
         raise BadInput(Problem("Argument --scheduler", cause, cure)) from error
     with client:
         yield client
+
+
+@contextmanager
+def _local(count: int) -> Iterator[Client]:
+    """Processes of this machine."""
+    import distributed
+
+    cluster = distributed.LocalCluster(
+        n_workers=count, threads_per_worker=_AT_ONCE, processes=True, host="127.0.0.1",
+        dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
+    )  # fmt: skip
+    client = distributed.Client(cluster, set_as_default=False, direct_to_workers=True)
+    try:
+        yield client
+    finally:
+        for one in (client, cluster):
+            # One that hangs is killed, which may take longer than dask waits.
+            with suppress(TimeoutError):
+                one.close()

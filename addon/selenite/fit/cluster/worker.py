@@ -39,7 +39,8 @@ class Share:
 
 
 def about(data: bytes, share: Share) -> dict[str, object]:
-    """What the fit compares with its own before its first step."""
+    """What the fit compares with its own before the first question. data: its parcel, which is
+    opened once."""
     return {**facts_here(), "proof": _opened(data, share)[1]}
 
 
@@ -48,9 +49,11 @@ def facts_here() -> dict[str, object]:
     return {"version": __version__, "lanes": native.core().has_lanes()}
 
 
-def answer(data: bytes, share: Share, question: bytes) -> bytes:
-    """The picture that a fit asks for. data: its parcel, which is opened once."""
-    return _opened(data, share)[0].answer(question)
+def answer(share: Share, question: bytes) -> bytes | None:
+    """The picture that a fit asks for; None where this worker does not know the fit. The parcel is
+    no argument: it may lie with a worker that hangs."""
+    found = _OPEN.get(share.digest)
+    return None if found is None else found[0].answer(question)
 
 
 def _opened(data: bytes, share: Share) -> tuple[StageWorker, str]:
