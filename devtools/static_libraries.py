@@ -287,6 +287,24 @@ LIBRARIES = (
         foreign_texts={
             "src/cmake/externalpackages.cmake": (
                 ("set (Boost_COMPONENTS thread)", "set (Boost_COMPONENTS)"),
+                # The distribution's fmt says that its headers lie among the C library's.
+                (
+                    "find_or_download_fmt()",
+                    "find_path (FMT_INCLUDE_DIR fmt/core.h REQUIRED)\n"
+                    "add_library (fmt::fmt-header-only INTERFACE IMPORTED)\n"
+                    "set_target_properties (fmt::fmt-header-only PROPERTIES"
+                    " INTERFACE_COMPILE_DEFINITIONS FMT_HEADER_ONLY=1)",
+                ),
+            ),
+            # Its fmt asks for a class that newer libc++ for Windows does not have.
+            "src/include/OpenImageIO/detail/fmt.h": (
+                (
+                    "#include <OpenImageIO/detail/fmt/ostream.h>",
+                    "#include <fstream>\n#include <ostream>\n"
+                    '#pragma push_macro("_LIBCPP_VERSION")\n#undef _LIBCPP_VERSION\n'
+                    "#include <OpenImageIO/detail/fmt/ostream.h>\n"
+                    '#pragma pop_macro("_LIBCPP_VERSION")',
+                ),
             ),
             **{
                 f"src/libOpenImageIO/image{way}put.cpp": (
