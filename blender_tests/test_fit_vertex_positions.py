@@ -138,10 +138,12 @@ def test_a_shape_and_a_colour_take_turns(tmp_path, capsys):
     )  # fmt: skip
     assert status == 0, report
     assert [stage["name"] for stage in report["stages"]] == [
-        "shape of Ball", "rest", "together 1: shape of Ball", "together 1: rest",
-        "together 2: shape of Ball", "together 2: rest",
+        "start of the rest", "shape of Ball", "rest", "together 1: shape of Ball",
+        "together 1: rest", "together 2: shape of Ball", "together 2: rest",
     ]  # fmt: skip
-    assert [stage["parameters"] for stage in report["stages"]] == [[NAME], [colour]] * 3
+    assert [stage["parameters"] for stage in report["stages"]] == [[colour], [NAME]] * 3 + [
+        [colour]
+    ]
     assert any("moves while all else keeps" in text for text in report["warnings"])
     assert report["parameters"][NAME]["mean_distance_moved"] > 0.05
     fitted = report["parameters"][colour]

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "fit/state/fit_result.h"
 
 namespace selenite {
@@ -14,7 +16,10 @@ inline void expect_same_result(const FitResult& a, const FitResult& b) {
   EXPECT_EQ(a.last, b.last);
   EXPECT_EQ(a.best_iteration, b.best_iteration);
   EXPECT_EQ(a.samples, b.samples);
-  EXPECT_EQ(a.best_validation, b.best_validation);
+  if (!std::isnan(a.best_validation)) {
+    EXPECT_EQ(a.best_validation, b.best_validation);
+  }
+  EXPECT_EQ(std::isnan(a.best_validation), std::isnan(b.best_validation));
   ASSERT_EQ(a.history.size(), b.history.size());
   for (std::size_t i = 0; i < a.history.size(); ++i) {
     EXPECT_EQ(a.history[i].values, b.history[i].values) << i;

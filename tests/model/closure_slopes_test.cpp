@@ -65,7 +65,9 @@ TEST_P(ClosureSlopes, AgreeWithFiniteDifferences) {
     double x;
   };
   const double upper = std::min(p.upper, 20.);
-  for (const Place& place : {Place{"lower", p.lower}, Place{"fit_lower", p.fit_lower},
+  // A conductor without index or extinction reflects all light: a film's sum is clamped there.
+  const double lower = slope.kind == ClosureKind::kConductor && slope.field < 2 ? 1e-3 : p.lower;
+  for (const Place& place : {Place{"lower", lower}, Place{"fit_lower", p.fit_lower},
                              Place{"inside", 0.63 * p.fit_lower + 0.37 * p.fit_upper},
                              Place{"fit_upper", p.fit_upper}, Place{"upper", upper}}) {
     SCOPED_TRACE(place.name);

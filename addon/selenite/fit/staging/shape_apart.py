@@ -12,8 +12,8 @@ from ...problems import listed
 from ..field_kinds import kind_of
 from .request import StageRequest
 
-#: How often shape and the rest take turns where everything is fitted together, the share of a
-#: stage's iterations that each turn has, and the fewest.
+#: How often shape and the rest take turns where everything is fitted together; the share of a
+#: stage's iterations that each turn, and the start, has; the fewest.
 _TURNS, _SHARE, _FEWEST = 2, 0.25, 5
 
 
@@ -32,7 +32,8 @@ def apart(
     """The stages of a fit of `names`, each of which moves vertices of one object or none; a warning
     names those that were added. The same where nothing else is fitted with vertices.
 
-    Without stages: each shape, the rest, then all in turns. Of a stage that has both: turns.
+    Without stages: the rest for a short while, since a shape compensates for a wrong colour; each
+    shape; the rest; then all in turns. Of a stage that has both: turns.
     """
     shapes = [name for name in names if is_shape(name)]
     rest = [name for name in names if not is_shape(name)]
@@ -42,7 +43,9 @@ def apart(
         found = [part for stage in stages for part in _parts(stage, iterations)]
     else:
         first = [StageRequest(_title(name), (name,), iterations) for name in shapes]
-        first += [StageRequest("rest", tuple(rest), iterations)] if rest else []
+        if rest:
+            first.insert(0, StageRequest("start of the rest", tuple(rest), _few(iterations)))
+            first.append(StageRequest("rest", tuple(rest), iterations))
         together = StageRequest("together", tuple(names), iterations)
         found = [*first, *_turns(together, iterations)]
     if len(found) != len(stages):
@@ -62,7 +65,7 @@ def _parts(stage: StageRequest, iterations: int) -> list[StageRequest]:
 
 def _turns(stage: StageRequest, iterations: int) -> list[StageRequest]:
     """The rest comes last: its intervals are those at the final shape."""
-    few = max(_FEWEST, round(_SHARE * (stage.iterations or iterations)))
+    few = _few(stage.iterations or iterations)
     rest = tuple(name for name in stage.parameters if not is_shape(name))
     found: list[tuple[str, tuple[str, ...]]] = []
     for turn in range(1, _TURNS + 1):
@@ -72,6 +75,10 @@ def _turns(stage: StageRequest, iterations: int) -> list[StageRequest]:
         if rest:
             found.append((f"{stage.name} {turn}: rest", rest))
     return [replace(stage, name=name, parameters=own, iterations=few) for name, own in found]
+
+
+def _few(iterations: int) -> int:
+    return max(_FEWEST, round(_SHARE * iterations))
 
 
 def _title(name: str) -> str:
