@@ -17,12 +17,14 @@ import shutil
 import subprocess
 import sys
 import time
+import zipfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "devtools"))
+import cross  # noqa: E402
 import wine  # noqa: E402
 from process import BUILD, PACKAGE, PYTHON  # noqa: E402
 
@@ -171,6 +173,29 @@ def tests(options: argparse.Namespace) -> str:
     return "; ".join(rows)
 
 
+def wheels(_options: argparse.Namespace) -> str:
+    """Those of dist/ in the Pythons that they are for; each module tests itself when it loads."""
+    rows = []
+    for version in cross.PYTHONS:
+        tag = "cp" + version.replace(".", "")
+        found = sorted((ROOT / "dist").glob(f"selenite-*-{tag}-{tag}-win_amd64.whl"))
+        if not found:
+            rows.append(f"{version} skipped: run ./dev package --platform windows before")
+            continue
+        opened = WORK / f"wheel-{version}"
+        shutil.rmtree(opened, ignore_errors=True)
+        with zipfile.ZipFile(found[-1]) as archive:
+            archive.extractall(opened)
+        status, text = wine.output(
+            f"python{version}", "-c", "import selenite._core, selenite._image",
+            variables={"PYTHONPATH": wine.windows_path(opened)},
+        )  # fmt: skip
+        if status:
+            raise Failed(f"Python {version}: status {status}: {text[-300:]}")
+        rows.append(f"Python {version} loads {found[-1].name}")
+    return "; ".join(rows)
+
+
 def extension(_options: argparse.Namespace) -> str:
     """The zip, installed into an empty home and used; the demo's package is not on the path."""
     found = sorted((ROOT / "dist").glob("selenite-*-extension-windows-x64.zip"))
@@ -210,6 +235,7 @@ STEPS: dict[str, Callable[[argparse.Namespace], str]] = {
     "demo": demo,
     "native": native,
     "tests": tests,
+    "wheels": wheels,
     "extension": extension,
 }
 

@@ -23,6 +23,9 @@ function(selenite_python_module name library)
   endif()
   pybind11_add_module(${name} MODULE NO_EXTRAS ${ARGN})  # no link-time optimisation: no arithmetic here
   selenite_compile_rules(${name})
+  if(CMAKE_CROSSCOMPILING)  # for each Python from the start; most of the time is pybind11's headers
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  endif()
   target_link_libraries(${name} PRIVATE ${library})
   if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
     # Blender's process holds other copies of these libraries: export nothing but the module's entry.

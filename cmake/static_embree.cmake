@@ -14,7 +14,9 @@ get_target_property(embree_headers embree INTERFACE_INCLUDE_DIRECTORIES)
 target_include_directories(selenite_static_embree SYSTEM INTERFACE "${embree_headers}")
 # Each uses those behind it, and the code of an instruction set uses the first one again.
 set(instruction_sets embree_sse42 embree_avx embree_avx2)
-if(CMAKE_CROSSCOMPILING)  # of other platforms' processors the least one
+if(CMAKE_SYSTEM_NAME STREQUAL "Darwin")  # embree3 has NEON's code
+  set(instruction_sets)
+elseif(CMAKE_CROSSCOMPILING)  # of other platforms' processors the least one
   set(instruction_sets embree_sse42)
 endif()
 foreach(name IN ITEMS embree3 ${instruction_sets} embree3 lexers simd math tasking sys)

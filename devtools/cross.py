@@ -58,6 +58,7 @@ class Platform:
             "Eigen3_DIR": "/usr/share/eigen3/cmake",
             "PYTHON_MODULE_DEBUG_POSTFIX": "",
             "PYTHON_MODULE_EXTENSION": self.suffix.format(compact),
+            "SELENITE_WERROR": "ON" if os.environ.get("CI") else "OFF",
         }
         if self is WINDOWS:
             place = windows_python(version)
@@ -112,7 +113,7 @@ def windows_python(version: str) -> Path:
     """The folder of Windows' Python: python.exe, include/, libs/."""
     artifact, checksum = PYTHONS[version]
     target = CACHE / "cross" / f"python-{version}"
-    stamp = target.with_suffix(".stamp")
+    stamp = target.with_name(f"{target.name}.stamp")
     if not is_stamped(stamp, checksum):
         say(f"fetching Windows' Python {version}")
         jars = CACHE / "cross" / "jars"

@@ -75,6 +75,13 @@ class Library:
     #: What is done on top where it is built for another platform: options, texts in files
     foreign_options: Mapping[str, str] = field(default_factory=dict)
     foreign_texts: Mapping[str, tuple[tuple[str, str], ...]] = field(default_factory=dict)
+    #: Options on top of those, by the name of the platform
+    options_on: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+
+    def options_for(self, platform: cross.Platform | None) -> dict[str, str]:
+        if platform is None:
+            return {**self.options}
+        return {**self.options, **self.foreign_options, **self.options_on.get(platform.name, {})}
 
 
 # What Linux has as libraries of the distribution
@@ -175,6 +182,13 @@ LIBRARIES = (
             "EMBREE_ISA_AVX": OFF,
             "EMBREE_ISA_AVX2": OFF,
             **JOINED,
+        },
+        options_on={
+            "macos": {
+                "EMBREE_ISA_SSE42": OFF,
+                "EMBREE_ISA_NEON": ON,
+                "EMBREE_ISA_NEON2X": OFF,
+            }
         },
         # Members that are not there: newer compilers look.
         foreign_texts={
@@ -281,12 +295,34 @@ LIBRARIES = (
                 "../libtexture/environment.cpp",
             )
         },
-        foreign_options=JOINED,
+        # Boost asks for a class that C++17 has no more.
+        foreign_options={
+            "CMAKE_CXX_FLAGS": f"{COMMON['CMAKE_CXX_FLAGS']} -DBOOST_NO_CXX98_FUNCTION_BASE -w",
+            **JOINED,
+        },
         # Of Boost it needs one class with a library: an error text for each thread and reader.
         # Here no two threads share a reader.
         foreign_texts={
             "src/cmake/externalpackages.cmake": (
                 ("set (Boost_COMPONENTS thread)", "set (Boost_COMPONENTS)"),
+                # The distribution's fmt says that its headers lie among the C library's.
+                (
+                    "find_or_download_fmt()",
+                    "find_path (FMT_INCLUDE_DIR fmt/core.h REQUIRED)\n"
+                    "add_library (fmt::fmt-header-only INTERFACE IMPORTED)\n"
+                    "set_target_properties (fmt::fmt-header-only PROPERTIES"
+                    " INTERFACE_COMPILE_DEFINITIONS FMT_HEADER_ONLY=1)",
+                ),
+            ),
+            # Its fmt asks for a class that newer libc++ for Windows does not have.
+            "src/include/OpenImageIO/detail/fmt.h": (
+                (
+                    "#include <OpenImageIO/detail/fmt/ostream.h>",
+                    "#include <fstream>\n#include <ostream>\n"
+                    '#pragma push_macro("_LIBCPP_VERSION")\n#undef _LIBCPP_VERSION\n'
+                    "#include <OpenImageIO/detail/fmt/ostream.h>\n"
+                    '#pragma pop_macro("_LIBCPP_VERSION")',
+                ),
             ),
             **{
                 f"src/libOpenImageIO/image{way}put.cpp": (
@@ -314,9 +350,7 @@ def prefix(platform: cross.Platform | None = None) -> Path:
         _link_headers(place.prefix / "include")
     for library in libraries:
         alone = library.name == "embree"  # it is built on nothing, and nothing on it
-        key = digest(
-            [repr(library), repr(place.settings), _compiler(platform), "" if alone else before]
-        )
+        key = digest([repr(library), *place.recipe, "" if alone else before])
         stamp = place.folder / "stamps" / library.name
         if not is_stamped(stamp, key):
             _build(library, place)
@@ -346,6 +380,13 @@ class Place:
         own = LINUX if self.platform is None else self.platform.cmake()
         places = ("CMAKE_INSTALL_PREFIX", "CMAKE_PREFIX_PATH", "CMAKE_FIND_ROOT_PATH")
         return {**COMMON, **{name: str(self.prefix) for name in places}, **own}
+
+    @property
+    def recipe(self) -> list[str | Path]:
+        """What results depend on: the same in every checkout."""
+        settings = self.settings
+        toolchain = settings.pop("CMAKE_TOOLCHAIN_FILE", None)
+        return [repr(settings), _compiler(self.platform), *([Path(toolchain)] if toolchain else [])]
 
 
 def _link_headers(target: Path) -> None:
@@ -385,10 +426,9 @@ def _build(library: Library, place: Place) -> None:
     source, build = place.folder / "src" / library.name, place.folder / "build" / library.name
     shutil.rmtree(build, ignore_errors=True)
     _unpack(library, source)
-    options = dict(library.options)
+    options = library.options_for(place.platform)
     if place.platform is not None:
         _replace(library.foreign_texts, source)
-        options |= library.foreign_options
     say(f"building {library.name} {library.version} as a static library (once)")
     if library.autotools:
         build.mkdir(parents=True)

@@ -61,7 +61,6 @@ def build(targets: Sequence[str] = ()) -> Path:
         "CMAKE_BUILD_TYPE": "Release",
         "CMAKE_CXX_FLAGS_RELEASE": "-O3 -DNDEBUG",
         "Python_EXECUTABLE": str(python),
-        "SELENITE_WERROR": "ON" if os.environ.get("CI") else "OFF",
     }
     key = digest([f"{name}={value}" for name, value in settings.items()])
     if not is_stamped(TREE / "selenite.stamp", key):
@@ -76,9 +75,11 @@ def build(targets: Sequence[str] = ()) -> Path:
 
 
 def command(program: str | Path, *words: str | Path) -> list[str]:
-    """Of a program for Windows; "python" is Blender's."""
-    path = cross.windows_python(PYTHON_VERSION) / "python.exe" if program == "python" else program
-    return ["wine", str(path), *map(windows_path, words)]
+    """Of a program for Windows; "python" is Blender's, "python3.13" is that version."""
+    if isinstance(program, str):
+        version = program.removeprefix("python") or PYTHON_VERSION
+        program = cross.windows_python(version) / "python.exe"
+    return ["wine", str(program), *map(windows_path, words)]
 
 
 def windows_path(word: str | Path) -> str:
