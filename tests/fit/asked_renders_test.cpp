@@ -25,6 +25,8 @@ std::vector<RenderSettings> asked_by(FitSettings settings, std::vector<Photo> ph
   settings.renderer = [&](const Scene& scene, const Camera& camera, const SlotLayout& layout,
                           const RenderSettings& render_settings, Progress* progress) {
     asked.push_back(render_settings);
+    // Pictures of what surfaces reflect at once, and no others, end there.
+    EXPECT_EQ(render_settings.depth == 1, scene.appearance.materials[0].flavour.draws_reflections);
     return SyntheticRenderer{0.2, 0.2}(scene, camera, layout, render_settings, progress);
   };
   std::set<PhaseKind> phases;
@@ -46,7 +48,7 @@ TEST(AskedRenders, HaveTheDepthAndThreadsOfTheSettingsInEveryPhase) {
   const std::vector<RenderSettings> asked = asked_by(settings, both(synthetic_scene()));
   EXPECT_GT(asked.size(), 100u);
   for (const RenderSettings& one : asked) {
-    EXPECT_TRUE(one.depth == 5 || one.depth == 1) << "1: what a surface reflects at once";
+    EXPECT_TRUE(one.depth == 5 || one.depth == 1) << one.depth;
     EXPECT_EQ(one.threads, 3);
   }
 }

@@ -132,11 +132,12 @@ TEST(FiniteDifferences, WhatIsHeldAgainstTheFilmIsRenderedLikeIt) {
 /// x is shared by roughness and IOR.
 TEST(FiniteDifferences, InstrumentsOfGlassHaveTheirDirectShare) {
   Setting s;
-  const auto direct = [&](Purpose purpose, Side side) {
+  const auto direct = [&](Purpose purpose, Side side, DirectOf of = DirectOf::kAll) {
     int pictures = 0;
     const Film film = render_derivatives(
         s.problem, &s.reparametrization, s.unknowns.scene_with(s.scene, s.x), s.photos[0], s.x,
-        purpose, {side}, [&](const Vector& at, const SlotLayout& layout, Paths paths) {
+        purpose, {.side = side, .of_roughness = side, .direct = of},
+        [&](const Vector& at, const SlotLayout& layout, Paths paths) {
           pictures += paths == Paths::kDirect;
           return s.film(at, {0.5, 0.5}, 4, 1, layout);
         });
@@ -158,6 +159,9 @@ TEST(FiniteDifferences, InstrumentsOfGlassHaveTheirDirectShare) {
   EXPECT_EQ(direct(Purpose::kInstrumental, Side::kUp), (Found{3, both}));
   EXPECT_EQ(direct(Purpose::kInstrumental, Side::kBoth), (Found{4, both}));
   EXPECT_EQ(direct(Purpose::kGradient, Side::kBoth), (Found{0, {}}));
+  EXPECT_EQ(direct(Purpose::kInstrumental, Side::kUp, DirectOf::kMedia), (Found{0, {}}));
+  s.scene.appearance.materials[0].values.extinction = Color<double>(2);
+  EXPECT_EQ(direct(Purpose::kInstrumental, Side::kUp, DirectOf::kMedia), (Found{3, both}));
   s.x[kTransmission] = 0;
   EXPECT_EQ(direct(Purpose::kInstrumental, Side::kUp), (Found{0, {}}));
 }

@@ -204,6 +204,7 @@ TEST(RenderPlan, OfAnImageInGlassIsWhatItRenders) {
                       taken_photos(glass_sphere(1.45, {0.9f, 0.6f, 0.7f, 0.8f}), 24),
                       {texels(), {"Board", "ior", {1.8}, 1.1, 2.5, 0.03}}, settings);
   ASSERT_EQ(course.result.iterations, 20);
+  // With two parameters more candidates end in the same basin than most fits have.
   expect_within(course, 0.2);
 }
 

@@ -47,10 +47,12 @@ Principled<double> sharpest(const Material& material) {
   return values;
 }
 
-/// Whether what lies on the far side of a surface is seen through it, beside its reflections.
-bool lets_light_through(const Scene& scene, const ParameterRef& ref) {
+/// Whether the direct share of a surface is rendered apart: what lies behind is seen through it as well.
+bool has_direct_share(const Scene& scene, const ParameterRef& ref, DirectOf which) {
   if (ref.kind != OwnerKind::kMaterial) return false;
-  const auto values = sharpest(scene.appearance.materials[static_cast<std::size_t>(ref.owner)]);
+  const Material& material = scene.appearance.materials[static_cast<std::size_t>(ref.owner)];
+  if (which == DirectOf::kMedia && !(max_channel(material.values.extinction) > 0)) return false;
+  const auto values = sharpest(material);
   return values.transmission * (1 - values.metallic) > 0;
 }
 
@@ -72,7 +74,7 @@ struct Shares {
 };
 
 Shares shares_of(const Problem& problem, const Scene& scene, const Photo& photo, Purpose purpose,
-                 bool differences, const FiniteDifferenceOptions& options) {
+                 DirectOf direct, bool differences, const FiniteDifferenceOptions& options) {
   const Unknowns& unknowns = problem.unknowns;
   const auto count = unknowns.parameters().size();
   std::vector<std::vector<Eigen::Index>> members(count);
@@ -97,7 +99,7 @@ Shares shares_of(const Problem& problem, const Scene& scene, const Photo& photo,
         shares.differences.push_back(
             {std::move(members[p]), step, description, is_sharp_refraction(scene, ref, options),
              purpose == Purpose::kInstrumental && description.effect == Effect::kSurface &&
-                 lets_light_through(scene, ref)});
+                 has_direct_share(scene, ref, direct)});
       else
         shares.carried.push_back(ref);
     };
@@ -229,8 +231,8 @@ Film render_derivatives(const Problem& problem, const Reparametrization* reparam
                         const Scene& scene, const Photo& photo, const Vector& x, Purpose purpose,
                         Differences which, const PictureAt& render,
                         const FiniteDifferenceOptions& options) {
-  const Shares shares =
-      shares_of(problem, scene, photo, purpose, reparametrization != nullptr, options);
+  const Shares shares = shares_of(problem, scene, photo, purpose, which.direct,
+                                  reparametrization != nullptr, options);
   const std::vector<SlotLayout> passes = passes_of(scene, shares.carried);
   // Where nothing is carried, and differences have two pictures of their own, no other is needed.
   const bool alone =

@@ -44,6 +44,9 @@ using PictureAt = std::function<Film(const Vector& x, const SlotLayout& layout, 
 /// Side of the `number`-th difference by a parameter: two of them make a central one.
 inline Side alternating_side(int number) { return number % 2 == 0 ? Side::kUp : Side::kDown; }
 
+/// Of which surfaces a difference has its direct share, among those that let light through.
+enum class DirectOf { kAll, kMedia };
+
 /// Which differences of a picture are taken, and from which side.
 struct Differences {
   Side side = Side::kBoth;
@@ -52,12 +55,28 @@ struct Differences {
   bool roughnesses = true;   ///< whether those by roughness are among them
   bool refractions = true;   ///< whether those by the IOR of what refracts sharply are
   bool picture = true;       ///< else the picture itself may stay black, and its noise is another's
+  DirectOf direct = DirectOf::kAll;
 
   bool taken(int index) const { return index % every == first; }
   Side side_of(const Parameter& parameter) const {
     return parameter.scale == Scale::kRoughness ? of_roughness : side;
   }
 };
+
+/// Those of the `number`-th portion of a refinement pass. With its many samples the direct share pays where
+/// there is a medium: docs/measurements/derivatives.md, "Direct share".
+inline Differences differences_of_refinement(int number) {
+  return {
+      .side = alternating_side(number), .of_roughness = Side::kBoth, .direct = DirectOf::kMedia};
+}
+/// Those of a refinement of fields beside scalars: the picture has been rendered by itself.
+inline Differences differences_of_field_refinement(bool roughnesses) {
+  return {.side = Side::kBoth,
+          .of_roughness = Side::kBoth,
+          .roughnesses = roughnesses,
+          .picture = false,
+          .direct = DirectOf::kMedia};
+}
 
 /// Those of an iteration. Instruments accumulate over iterations: once there are some, a part of the
 /// differences is enough. The residuals, which move the values, are new in each.
@@ -93,9 +112,9 @@ bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref,
 /// has no bias of noise.
 ///
 /// The slot of a difference has `mean`, `half_a` and `covariance`; its `variance` is 0. Of an instrument
-/// by roughness or IOR of what lets light through it also has the direct share: highlights change
-/// by little noise there, which the rest of the paths would bury. That takes one more picture, and one
-/// for each of these parameters, of short paths.
+/// by roughness or IOR of what lets light through it also has the direct share: highlights change with
+/// little noise, and the rest of the paths would bury them. That takes one more picture of short paths,
+/// and one or two for each of these parameters.
 Film render_derivatives(const Problem& problem, const Reparametrization* reparametrization,
                         const Scene& scene, const Photo& photo, const Vector& x, Purpose purpose,
                         Differences which, const PictureAt& render,

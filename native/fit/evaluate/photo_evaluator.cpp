@@ -137,18 +137,15 @@ void PhotoEvaluator::find_alignment(const Photo& photo, const Film& film) {
   found->second.estimate = equations.improved(found->second.estimate, film);
 }
 
-Film PhotoEvaluator::picture(const Scene& scene, const Photo& photo, const SlotLayout& layout,
-                             int spp, std::uint64_t seed, bool direct) {
+Film PhotoEvaluator::picture(Scene scene, const Photo& photo, const SlotLayout& layout, int spp,
+                             std::uint64_t seed, bool direct) {
   RenderSettings settings = settings_of(photo, spp, seed);
-  Film film;
+  const Camera camera = camera_of(scene, photo);
   if (direct) {
     settings.depth = 1;
-    Scene reflecting = scene;
-    for (Material& one : reflecting.appearance.materials) one.flavour.draws_reflections = true;
-    film = settings_->renderer(reflecting, camera_of(scene, photo), layout, settings, progress_);
-  } else {
-    film = settings_->renderer(scene, camera_of(scene, photo), layout, settings, progress_);
+    for (Material& one : scene.appearance.materials) one.flavour.draws_reflections = true;
   }
+  Film film = settings_->renderer(scene, camera, layout, settings, progress_);
   counts_->add(film, photo);
   return film;
 }

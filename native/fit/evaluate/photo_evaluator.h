@@ -127,7 +127,7 @@ class PhotoEvaluator final : public Evaluator {
   double work_of(const Photo& photo, const Evaluation& how) const;
   PhotoQuestion question(const Point& point, const Photo& photo, const Evaluation& how);
   /// `direct`: paths end at the first surface.
-  Film picture(const Scene& scene, const Photo& photo, const SlotLayout& layout, int spp,
+  Film picture(Scene scene, const Photo& photo, const SlotLayout& layout, int spp,
                std::uint64_t seed, bool direct = false);
 
   /// Questions that nobody has asked for yet, with their numbers.

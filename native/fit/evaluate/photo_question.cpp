@@ -20,7 +20,7 @@ void members_of(Evaluation& how, SavedState& state) {
   if (state.reading()) how.derivatives.emplace();
   Differences& which = *how.derivatives;
   state(which.side, which.of_roughness, which.first, which.every, which.roughnesses,
-        which.refractions, which.picture);
+        which.refractions, which.picture, which.direct);
 }
 
 }  // namespace

@@ -94,10 +94,8 @@ PhotoJacobian photo_jacobian(const Scene& scene, const Unknowns& unknowns, const
         seed_of(mix64(settings.seed), portion, 0);  // seeds 2 and 3 share no portion
     const Observation one{
         0,
-        evaluator.evaluate(
-            start, photos[0],
-            {spp, seed, Differences{.side = alternating_side(portion), .of_roughness = Side::kBoth},
-             Purpose::kInstrumental}),
+        evaluator.evaluate(start, photos[0],
+                           {spp, seed, differences_of_refinement(portion), Purpose::kInstrumental}),
         {}};
     Halves halves = split_halves(problem, one, reparametrization.slope(start.scalars));
     note_not_finite(unknowns, halves, seen.not_finite);

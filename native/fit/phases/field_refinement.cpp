@@ -47,10 +47,10 @@ bool FieldRefinement::is_left_out(int k) const {
 Observation FieldRefinement::derivatives(Evaluator& evaluator, int purpose, int portion, int spp,
                                          std::size_t photo_index, const Photo& photo) const {
   const int index = static_cast<int>(photo_index);
-  Differences which{
-      .side = Side::kBoth, .of_roughness = Side::kBoth, .roughnesses = false, .picture = false};
+  bool roughnesses = false;
   for (int k = 0; k < point_.x.size(); ++k)
-    which.roughnesses = which.roughnesses || (point_.is_roughness(k) && !is_left_out(k));
+    roughnesses = roughnesses || (point_.is_roughness(k) && !is_left_out(k));
+  const Differences which = differences_of_field_refinement(roughnesses);
   const std::uint64_t seed = seed_of(seed_of(seed_, purpose, index), portion, index);
   return {index, evaluator.evaluate({point_.x, fields_.values()}, photo, {spp, seed, which}), {}};
 }

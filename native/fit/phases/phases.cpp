@@ -242,8 +242,8 @@ void RefinementPhase::plan(RenderPlan& plan) {
   const auto pass_spp = [&](int share) {
     return std::min(spp, std::max(spp / share, kOptions.least_of_pass));
   };
-  const RenderPlan::Renders up = plan.renders_of(
-      Purpose::kInstrumental, {.side = alternating_side(0), .of_roughness = Side::kBoth});
+  const RenderPlan::Renders up =
+      plan.renders_of(Purpose::kInstrumental, differences_of_refinement(0));
   if (!plan.strategy.optimiser.averages_iterations)
     plan.add(PhaseKind::kRefinement, plan.pixels,
              std::max(pass_spp(kFirstShare) / kOptions.derivative_share, kLeastOfDerivatives),
@@ -264,9 +264,8 @@ void RefinementPhase::plan(RenderPlan& plan) {
 void FieldRefinementPhase::plan(RenderPlan& plan) {
   constexpr FieldRefinementOptions kOptions;
   const int spp = field_pass_spp(plan.problem.settings());
-  const RenderPlan::Renders both = plan.renders_of(
-      Purpose::kInstrumental,
-      {.side = Side::kBoth, .of_roughness = Side::kBoth, .roughnesses = false, .picture = false});
+  const RenderPlan::Renders both =
+      plan.renders_of(Purpose::kInstrumental, differences_of_field_refinement(false));
   const double informative = plan.pixels * kExpected.informative_pixels / kInformativePixels.one_of;
   bool pilot = true;
   for (const int share : kOptions.shares) {

@@ -63,7 +63,7 @@ double Refinement::wanted_samples(const Estimate& now) const {
 
 Evaluation Refinement::of_derivatives(int purpose, int portion, int spp, std::size_t photo) const {
   const int index = static_cast<int>(photo);
-  const Differences which{.side = alternating_side(portion), .of_roughness = Side::kBoth};
+  const Differences which = differences_of_refinement(portion);
   return {spp, seed_of(seed_of(seed_, purpose, index), portion, index), which};
 }
 

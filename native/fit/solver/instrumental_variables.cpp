@@ -44,9 +44,12 @@ void InstrumentalVariables::add(const Halves& halves, double keep, double weight
     ++adds;
     now.a.col(k) += fresh * halves.jacobian_a.col(k);
     now.b.col(k) += fresh * halves.jacobian_b.col(k);
-    if (halves.direct_a.size() > 0) {
+    if (halves.direct_a.size() > 0 && (halves.direct_a.col(k).array() != 0).any()) {
       now.direct_a.col(k) += fresh * halves.direct_a.col(k);
       now.direct_b.col(k) += fresh * halves.direct_b.col(k);
+    } else if (now.direct_a.size() > 0) {
+      for (Part& part : parts_)  // they would be the share of a part of the sums
+        for (Jacobian* sums : {&part.direct_a, &part.direct_b}) sums->col(k).setZero();
     }
     now.weight[k] += weight;
   }
