@@ -35,7 +35,7 @@ int number_of(const Names& names, const std::string& name, const std::string& wh
   throw NotFound("", what + " '" + name + "' is none of" + known);
 }
 
-Colorf color_of(const py::handle& value) {
+Colorf color_argument(const py::handle& value) {
   const auto numbers = value.cast<std::vector<float>>();
   if (numbers.size() == 1) return Colorf(numbers[0]);
   if (numbers.size() != 3)
@@ -51,7 +51,7 @@ class ShaderReader {
 
   void read(const std::vector<std::shared_ptr<const Texture>>& textures) {
     for (const auto& row : values_["constants"]) add_constant(row.cast<py::dict>());
-    for (const auto& value : values_["literals"]) shader_.literals.push_back(color_of(value));
+    for (const auto& value : values_["literals"]) shader_.literals.push_back(color_argument(value));
     for (const auto& name : values_["names"]) shader_.names.push_back(name.cast<std::string>());
     for (const auto& index : values_["textures"]) {
       const int at = index.cast<int>();
