@@ -2,6 +2,7 @@
 #include "fit/evaluate/photo_evaluator.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "fit/evaluate/field_loss.h"
 #include "fit/evaluate/rendered_pixels.h"
@@ -151,8 +152,8 @@ Film PhotoEvaluator::picture(Scene scene, const Photo& photo, const SlotLayout& 
 }
 
 Film PhotoEvaluator::rendered(const Point& point, const Photo& photo, const Evaluation& how) {
-  const Scene scene = scene_of(photo, point);
-  if (!how.derivatives) return picture(scene, photo, SlotLayout(), how.spp, how.seed);
+  Scene scene = scene_of(photo, point);
+  if (!how.derivatives) return picture(std::move(scene), photo, SlotLayout(), how.spp, how.seed);
   Point there = point;
   return render_derivatives(
       model_.problem, model_.differences, scene, photo, point.scalars, how.purpose,
