@@ -5,9 +5,9 @@ Cycles photographs a bumpy cube of 60 units, rough glass over a medium that scat
 cameras, 28 places of a small lamp, one on at a time, a dark background. `selenite fit` fits some of
 the photos by each model, from a scene whose lamp and cameras are a little wrong, and `selenite
 render` shows the others. A row for each model: relative RMSE of these inside the mask, without the
-noise of photos and renders, and the time of the fit. With --patterned the albedo of the true medium
-is a marbled grid; the model `true` is that body in the scene of the fits, which nothing is fitted
-of, and `auto` is `selenite fit --model auto`.
+noise of photos and renders, its standard error by the noise of the renders, and the time of the
+fit. With --patterned the albedo of the true medium is a marbled grid; the model `true` is that body
+in the scene of the fits, which nothing is fitted of, and `auto` is `selenite fit --model auto`.
 """
 
 from __future__ import annotations
@@ -55,6 +55,8 @@ MODELS = {
 _START_DENSITY = 0.05
 #: The model that `selenite fit --model` finds, and the true one.
 CHAIN, TRUE = "auto", "true"
+#: Renders of each held-out photo, with random numbers of their own.
+_REPEATS = 4
 #: Voxels along a side of the pattern, and the albedo of its dark veins.
 _VOXELS, _VEINS = 32, (0.93, 0.75, 0.5)
 
@@ -200,25 +202,32 @@ def list_captures(path: Path, captures: Sequence[Capture]) -> Path:
     return path
 
 
-def error_of_unseen(scene: Path, unseen: Sequence[Capture], samples: int, folder: Path) -> float:
-    """Products of differences with noise of their own have no bias by it."""
+def error_of_unseen(
+    scene: Path, unseen: Sequence[Capture], samples: int, folder: Path
+) -> tuple[float, float]:
+    """The error, and its standard error by the noise of the renders. Products of differences with
+    noise of their own have no bias by it."""
     captures = list_captures(folder / "unseen.json", unseen)
-    left = light = 0.0
+    left, light = np.zeros(_REPEATS), 0.0
     for item in unseen:
         photos = [native.image().read(str(path)) for path in item.halves]
         inside = eroded(np.minimum(photos[0][1], photos[1][1]) > 0.99, 2)
-        differences = []
-        for half, (seen, _, _) in enumerate(photos):
-            out = folder / f"unseen{half}.exr"
-            report_of(
-                "render", str(scene), "--captures", str(captures), "--capture", item.id,
-                "--spp", str(samples // 2), "--seed", str(half + 1), "--out", str(out),
-            )  # fmt: skip
-            shown = native.image().read(str(out))[0]
-            differences.append((shown - seen)[inside].astype(float))
-        left += float((differences[0] * differences[1]).sum())
         light += float((photos[0][0] * photos[1][0])[inside].sum())
-    return math.copysign(math.sqrt(abs(left) / light), left)
+        for repeat in range(_REPEATS):
+            differences = []
+            for half, (seen, _, _) in enumerate(photos):
+                out = folder / f"unseen{half}.exr"
+                report_of(
+                    "render", str(scene), "--captures", str(captures), "--capture", item.id,
+                    "--spp", str(samples // 2), "--seed", str(2 * repeat + half + 1),
+                    "--out", str(out),
+                )  # fmt: skip
+                shown = native.image().read(str(out))[0]
+                differences.append((shown - seen)[inside].astype(float))
+            left[repeat] += float((differences[0] * differences[1]).sum())
+    squares = left / light
+    error = math.copysign(math.sqrt(abs(squares.mean())), squares.mean())
+    return error, float(squares.std(ddof=1) / math.sqrt(_REPEATS) / (2 * abs(error)))
 
 
 def examine(
@@ -238,8 +247,8 @@ def examine(
     unseen = list(captures)[options.fit :]
     listed = list_captures(folder / "fit.json", list(captures)[: options.fit])
     if model == TRUE:
-        error = error_of_unseen(start, unseen, options.samples, folder)
-        print(f"| {model} | {error:.3f} | | | |", file=table, flush=True)
+        error, sure = error_of_unseen(start, unseen, options.samples, folder)
+        print(f"| {model} | {error:.3f} ± {sure:.3f} | | | |", file=table, flush=True)
         return
     begin, cpu = time.monotonic(), time.process_time()
     what = ("--model", f"Body:{model}") if model == CHAIN else ("--fit", MODELS[model])
@@ -248,13 +257,13 @@ def examine(
         str(folder / "fits"), "--save", str(fitted), "--height", str(options.height), *more,
     )  # fmt: skip
     seconds, cpu = time.monotonic() - begin, time.process_time() - cpu
-    error = error_of_unseen(fitted, unseen, options.samples, folder)
+    error, sure = error_of_unseen(fitted, unseen, options.samples, folder)
     numbers = "; ".join(
         f"{name.partition(':')[2]} {np.round(entry['value'], 4).tolist()}"
         for name, entry in result["parameters"].items()
     )
     print(
-        f"| {model} | {error:.3f} | {seconds:.0f} | {cpu:.0f} | {numbers} |",
+        f"| {model} | {error:.3f} ± {sure:.3f} | {seconds:.0f} | {cpu:.0f} | {numbers} |",
         file=table, flush=True,
     )  # fmt: skip
     for row in result.get("models", ()):

@@ -84,14 +84,14 @@ class RecordingFit:
         assert self._left is not None or self._cancelled, "it would wait for ever"
         self._left = 0
 
-    def request_state(self):
+    def request_state(self, _file):
         self.calls.append("request_state")
 
     def take_state(self):
         return None
 
-    def restore(self, state, seconds):
-        self.calls.append(("restore", state, seconds))
+    def restore(self, file, seconds):
+        self.calls.append(("restore", file, seconds))
 
     def preview(self, _index):
         return None

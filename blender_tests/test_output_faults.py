@@ -93,19 +93,21 @@ def test_a_record_that_cannot_be_written_ends_no_fit(words, tmp_path, capsys, mo
 
 
 class Job:
-    """A fit; its whole state is handed out once each time it is asked for."""
+    """A fit; its whole state is there at once when it is asked for."""
 
     def __init__(self):
-        self.asked = 0
+        self.written = None
 
     def progress_or_failure(self):
         return SimpleNamespace(running=True, iteration=7, seconds=1.5)
 
-    def request_state(self):
-        self.asked += 1
+    def request_state(self, file):
+        file.write_bytes(b"state")
+        self.written = SimpleNamespace(file=file, seconds=0.0)
 
     def take_state(self):
-        return b"state" if self.asked else None
+        taken, self.written = self.written, None
+        return taken
 
 
 def test_the_record_is_written_once_there_is_room(tmp_path, monkeypatch):
@@ -115,7 +117,7 @@ def test_the_record_is_written_once_there_is_room(tmp_path, monkeypatch):
     recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
     with monkeypatch.context() as patch:
         patch.setattr(checkpoint, "write_json", full)
-        patch.setattr(checkpoint, "write_bytes", full)
+        patch.setattr(checkpoint, "keep", full)
         recorder.update(job, now=True)  # asks for the first
         recorder.update(job, now=True)
         assert "No space left" in recorder.trouble
@@ -123,7 +125,8 @@ def test_the_record_is_written_once_there_is_room(tmp_path, monkeypatch):
     assert recorder.trouble == ""
     assert len(recorder.notes()) == 1
     run = checkpoint.load(tmp_path / "run")
-    assert (run.state.data, run.state.seconds) == (b"state", 1.5)
+    assert (run.state.file.read_bytes(), run.state.seconds) == (b"state", 1.5)
+    assert not list((tmp_path / "run").glob("*.partial")), "the one that found no room"
 
 
 def test_on_a_full_disk_the_values_come_out(words, tmp_path):

@@ -11,6 +11,8 @@ from pathlib import Path
 
 from .json_text import json_text
 
+#: What `partial_name` returns, for glob.
+PARTIAL = ".selenite-*.partial"
 _WINDOWS = os.name == "nt"
 _PATIENCE = 3.0
 
@@ -43,13 +45,17 @@ def write_bytes(path: Path, data: bytes) -> None:
     """Writes beside `path` and renames; what stood there stays until then. Raises OSError."""
     partial = partial_name(path)
     try:
-        with partial.open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        take_place(partial, path)
+        partial.write_bytes(data)
+        keep(partial, path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def keep(partial: Path, path: Path) -> None:
+    """Gives a file that is whole its name, once the disk has it. Raises OSError."""
+    with partial.open("r+b") as file:
+        os.fsync(file.fileno())
+    take_place(partial, path)
 
 
 def write_json(path: Path, data: Mapping[str, object]) -> None:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         ParameterConfidence = _core.ParameterConfidence
         Misfit = _core.Misfit
         WeakDirection = _core.WeakDirection
+        WrittenState = _core.WrittenState
         TrustReport = _core.TrustReport
         FoundPhoto = _core.FoundPhoto
         History = _core.History

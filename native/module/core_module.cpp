@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <pybind11/pybind11.h>
 
+#include <system_error>
+
 #include "math/error.h"
 #include "math/instruction_set.h"
 #include "model/tables/albedo_tables.h"
@@ -62,6 +64,9 @@ PYBIND11_MODULE(_core, m) {
       selenite::set_error(PyExc_ValueError, error.what(), error.faults());
     } catch (const selenite::InvalidArgument& error) {
       selenite::set_error(PyExc_ValueError, error.what(), {{"", error.what(), ""}});
+    } catch (const std::system_error& error) {
+      const py::tuple of = py::make_tuple(error.code().value(), error.code().message());
+      PyErr_SetObject(PyExc_OSError, of.ptr());
     }
   });
   selenite::bind_problem(m);

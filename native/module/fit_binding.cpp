@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
 #include <cstring>
@@ -43,21 +44,6 @@ py::object preview_array(const FitJob& job, int index) {
   return array;
 }
 
-/// Copied without the GIL, as it may be large.
-py::object taken_state(FitJob& job) {
-  const std::shared_ptr<const std::string> saved = job.take_state();
-  if (!saved) return py::none();
-  auto bytes = py::reinterpret_steal<py::object>(
-      PyBytes_FromStringAndSize(nullptr, static_cast<py::ssize_t>(saved->size())));
-  if (!bytes) throw py::error_already_set();
-  char* to = PyBytes_AsString(bytes.ptr());
-  {
-    const py::gil_scoped_release release;
-    std::copy(saved->begin(), saved->end(), to);
-  }
-  return bytes;
-}
-
 py::list loss_table() {
   py::list rows;
   for (const Loss& loss : losses())
@@ -92,6 +78,9 @@ Args:
            "settings"_a);
 
   // The destructor waits for the fit's thread to reach the end of a tile: not with the GIL held.
+  py::class_<WrittenState>(m, "WrittenState", "A file with the whole state of a fit.")
+      .def_readonly("file", &WrittenState::file)
+      .def_readonly("seconds", &WrittenState::seconds, "That it took.");
   py::class_<FitJob>(m, "Fit", py::release_gil_before_calling_cpp_dtor(),
                      R"(A fit of scene parameters to photos, in a native thread of its own.
 
@@ -131,21 +120,25 @@ only the last is refined. unknowns: of the run, each in one stage at least.)")
       .def("start", &FitJob::start, "Starts the thread. ValueError when started before.")
       .def("cancel", &FitJob::cancel, "Asks it to stop; polled per tile. What was found stays.")
       .def("join", &FitJob::join, py::call_guard<py::gil_scoped_release>(), "Waits for the end.")
-      .def("request_state", &FitJob::request_state,
-           "Asks for the whole state after the iteration that runs; see take_state.")
-      .def("take_state", &taken_state,
-           "The state that was asked for, as bytes, once it is there; else None.")
       .def(
-          "restore",
-          [](FitJob& job, const py::bytes& saved, double seconds) {
-            job.restore(std::string_view(saved), seconds);
-          },
-          "state"_a, "seconds"_a = 0.0,
+          "request_state", &FitJob::request_state, "file"_a,
+          py::call_guard<py::gil_scoped_release>(),
+          R"(Asks for the whole state in a file, after the iteration that runs, or now of a fit that has
+ended; see take_state.)")
+      .def(
+          "take_state", &FitJob::take_state,
+          R"(The newest state that has been written since the last call, once it is there; else None.
+
+Raises:
+    OSError: it cannot be written. The fit goes on.)")
+      .def(
+          "restore", &FitJob::restore, "file"_a, "seconds"_a = 0.0,
           R"(Before start: goes on from the state of a fit with the same arguments, to the same bits
 as that one would have had. seconds: what it had taken.
 
 Raises:
-    ValueError: the bytes are damaged, or of a fit with other arguments or another version.)")
+    ValueError: the file is damaged, or of a fit with other arguments or another version.
+    OSError: it cannot be read.)")
       .def("progress", &progress_of,
            "Cheap, at any time. A failure of the fit is its `problems`, never raised.")
       .def("preview", &preview_array, "photo_index"_a,

@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
+#include <optional>
+#include <system_error>
 
 #include "fit/problem/saved_state.h"
 #include "fit/run/fit_job.h"
@@ -139,24 +144,79 @@ TEST(SavedFit, DamagedBytesAreRefused) {
   }
 }
 
-TEST(SavedFit, TheJobHandsItOutOnceAndCountsItsSeconds) {
+class StateFiles : public testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder); }
+  void TearDown() override { std::filesystem::remove_all(folder); }
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) /
+      testing::UnitTest::GetInstance()->current_test_info()->name();
+};
+
+TEST_F(StateFiles, TheJobHandsThemOutOnceAndCountsTheirSeconds) {
   const Scene scene = synthetic_scene();
   FitSettings settings = twelve("gauss-newton", true);
   settings.iterations = 100000;
   FitJob job(scene, both(scene), synthetic_unknowns(), settings);
-  EXPECT_EQ(job.take_state(), nullptr);
+  EXPECT_FALSE(job.take_state());
   job.start();
-  job.request_state();
-  std::shared_ptr<const std::string> saved;
+  const auto file = folder / "state";
+  job.request_state(file);
+  std::optional<WrittenState> saved;
   while (!saved) saved = job.take_state();
-  EXPECT_EQ(job.take_state(), nullptr);
-  EXPECT_THROW(job.restore(*saved, 0), InvalidArgument) << "it has been started";
+  EXPECT_EQ(saved->file, file);
+  EXPECT_GT(saved->seconds, 0);
+  EXPECT_FALSE(job.take_state());
+  EXPECT_THROW(job.restore(file, 0), InvalidArgument) << "it has been started";
   job.cancel();
   job.join();
   FitJob second(scene, both(scene), synthetic_unknowns(), settings);
-  second.restore(*saved, 50);
+  second.restore(file, 50);
   EXPECT_GE(second.state().seconds, 50);
   EXPECT_GT(second.state().iteration, 0);
+}
+
+TEST_F(StateFiles, HoldWhatIsSavedInMemory) {
+  const Scene scene = synthetic_scene();
+  Fit fit(scene, both(scene), synthetic_unknowns(), twelve("gauss-newton", true));
+  fit.step();
+  SavedState::write(folder / "state", fit);
+  std::ifstream stream(folder / "state", std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  EXPECT_TRUE(bytes == fit.saved());  // too long to be shown
+}
+
+TEST_F(StateFiles, DamagedOnesAreRefused) {
+  const Scene scene = synthetic_scene();
+  const FitSettings settings = twelve("gauss-newton", true);
+  Fit fit(scene, both(scene), synthetic_unknowns(), settings);
+  fit.step();
+  const auto file = folder / "state";
+  SavedState::write(file, fit);
+  const auto size = std::filesystem::file_size(file);
+  for (const std::uintmax_t left : {size - 1, size / 2, std::uintmax_t{5}, std::uintmax_t{0}}) {
+    std::filesystem::resize_file(file, left);
+    FitJob job(scene, both(scene), synthetic_unknowns(), settings);
+    EXPECT_THROW(job.restore(file, 0), InvalidArgument) << left;
+  }
+  FitJob job(scene, both(scene), synthetic_unknowns(), settings);
+  EXPECT_THROW(job.restore(folder / "none", 0), std::system_error);
+}
+
+TEST_F(StateFiles, ThatCannotBeWrittenAreSaidAndLeaveNothing) {
+  const Scene scene = synthetic_scene();
+  FitJob job(scene, both(scene), synthetic_unknowns(), twelve("gauss-newton", true));
+  job.start();
+  job.join();
+  job.request_state(folder / "none" / "state");
+  try {
+    (void)job.take_state();
+    FAIL() << "there is no such folder";
+  } catch (const std::system_error& error) {
+    EXPECT_EQ(error.code(), std::errc::no_such_file_or_directory);
+  }
+  EXPECT_FALSE(job.take_state());
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
 }
 
 }  // namespace

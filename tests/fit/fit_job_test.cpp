@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <future>
+#include <string>
 
 #include "fit/synthetic_renderer.h"
 
@@ -138,9 +140,11 @@ TEST(FitJob, CanBeWatchedFromManyThreads) {
   const Scene scene = synthetic_scene();
   FitJob job(scene, one(scene), synthetic_unknowns(), settings);
   job.start();
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "WatchedStates";
+  std::filesystem::create_directories(folder);
   std::vector<std::future<int>> watchers;
   for (int i = 0; i < 3; ++i)
-    watchers.push_back(std::async(std::launch::async, [&] {
+    watchers.push_back(std::async(std::launch::async, [&, i] {
       int last = 0;
       while (!job.state().done) {
         const FitState state = job.state();
@@ -148,9 +152,9 @@ TEST(FitJob, CanBeWatchedFromManyThreads) {
         last = state.iteration;
         EXPECT_EQ(job.result().newest.result.last.size(), 6);
         job.preview(0);
-        job.request_state();
+        job.request_state(folder / std::to_string(i));
         if (const auto saved = job.take_state()) {
-          EXPECT_FALSE(saved->empty());
+          EXPECT_GT(std::filesystem::file_size(saved->file), 0U);
         }
         EXPECT_GE(job.seconds(), 0);
       }
@@ -158,6 +162,7 @@ TEST(FitJob, CanBeWatchedFromManyThreads) {
     }));
   job.join();
   for (auto& watcher : watchers) EXPECT_LE(watcher.get(), 40);
+  std::filesystem::remove_all(folder);
 }
 
 TEST(FitJob, NamesTheRangeOfPreviews) {

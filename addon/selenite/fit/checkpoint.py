@@ -14,9 +14,10 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .. import __version__
-from ..atomic_files import write_bytes, write_json
+from ..atomic_files import PARTIAL, keep, partial_name, write_json
 from ..json_text import read_json
 from ..messages import thing
 from ..paths import MISSING, is_folder, is_there, why_not_file
@@ -24,6 +25,9 @@ from ..problems import BadInput, Problem
 from .inputs import Inputs
 from .job import FitJob, SavedState
 from .request import RunRequest, read_run
+
+if TYPE_CHECKING:
+    from .._core import WrittenState
 
 SCHEMA = 2
 SUFFIX = ".unfinished"
@@ -90,7 +94,7 @@ class Recorder:
             self.trouble = ""
         except OSError as error:
             self._note(error)
-            job.request_state()  # the one that was to be written is lost
+            self._ask_for_state(job)  # the one that was to be written is lost
         took = time.monotonic() - begin
         self._next = time.monotonic() + max(_EVERY, _TIMES * took)
 
@@ -113,24 +117,27 @@ class Recorder:
     def _update(self, job: FitJob) -> None:
         done = job.progress_or_failure()
         if not done.running:
-            job.request_state()
-        data = job.take_state()
-        if data is not None:
-            self._write(data, {"iterations": done.iteration, "seconds": done.seconds})
+            self._ask_for_state(job)
+        written = job.take_state()
+        if written is not None:
+            self._keep(written, {"iterations": done.iteration, "seconds": done.seconds})
         if done.running and time.monotonic() >= self._next_state:
-            job.request_state()
+            self._ask_for_state(job)
 
-    def _write(self, data: bytes, done: Mapping[str, float]) -> None:
+    def _ask_for_state(self, job: FitJob) -> None:
+        job.request_state(partial_name(self.folder / _STATE))
+
+    def _keep(self, written: WrittenState, done: Mapping[str, float]) -> None:
         begin = time.monotonic()
         self._number += 1
         name = f"fit_{self._number}.state"
-        write_bytes(self.folder / name, data)
+        keep(written.file, self.folder / name)
         about = {"schema": SCHEMA, "selenite": __version__, "file": name, **done}
         write_json(self.folder / _STATE, about)
-        for path in self.folder.glob("*.state"):
+        for path in (*self.folder.glob("*.state"), *self.folder.glob(PARTIAL)):
             if path.name != name:
                 path.unlink()
-        took = time.monotonic() - begin
+        took = time.monotonic() - begin + written.seconds
         self._next_state = time.monotonic() + max(_STATE_EVERY, _TIMES * took)
 
     def _note(self, error: OSError) -> None:
@@ -180,7 +187,7 @@ def _state(folder: Path) -> SavedState:
     path, seconds = _own_file(folder, about["file"]), about["seconds"]
     if not isinstance(seconds, (int, float)) or not 0 <= seconds < math.inf:
         raise ValueError(f"its 'seconds' is {seconds!r}")
-    return SavedState(str(path), path.read_bytes(), float(seconds))
+    return SavedState(path, float(seconds))
 
 
 def _own_file(folder: Path, name: object) -> Path:

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +23,7 @@ from .plan import FitPlan
 from .staging import plan as stage_plan
 
 if TYPE_CHECKING:
-    from .._core import Fit, FitResult, History, Progress, Scene
+    from .._core import Fit, FitResult, History, Progress, Scene, WrittenState
     from .cluster.workers import ClusterWorkers
 
 _DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
@@ -45,10 +46,9 @@ class FitFailed(Failed):
 
 @dataclass(frozen=True)
 class SavedState:
-    """The whole state of a native fit: file name, content, and the seconds it had taken."""
+    """The whole state of a native fit: where it is, and the seconds it had taken."""
 
-    name: str
-    data: bytes
+    file: Path
     seconds: float
 
 
@@ -78,10 +78,10 @@ class FitJob:
 
     def _restore(self, state: SavedState) -> None:
         try:
-            self._fit.restore(state.data, state.seconds)
-        except ValueError as error:
+            self._fit.restore(state.file, state.seconds)
+        except (ValueError, OSError) as error:
             cure = "delete its folder, and start the run anew with its run.json"
-            raise BadInput(Problem(thing("File", state.name), _text(error), cure)) from error
+            raise BadInput(Problem(thing("File", state.file), _text(error), cure)) from error
 
     def start(self) -> None:
         """Returns at once; the native thread works without the GIL."""
@@ -167,12 +167,14 @@ class FitJob:
             azimuths=plan.azimuths,
         )  # fmt: skip
 
-    def request_state(self) -> None:
-        """Asks for the whole state after the iteration that runs, or of a fit that has ended."""
-        self._fit.request_state()
+    def request_state(self, file: Path) -> None:
+        """Asks for the whole state in a file: after the iteration that runs, or at once of a fit
+        that has ended."""
+        self._fit.request_state(file)
 
-    def take_state(self) -> bytes | None:
-        """The state that was asked for, once it is there; it is handed out once."""
+    def take_state(self) -> WrittenState | None:
+        """The newest state that has been written since the last call. Raises OSError: it cannot be
+        written."""
         return self._fit.take_state()
 
     def so_far(self) -> FitResult:
@@ -231,4 +233,6 @@ def scene_at(
 
 
 def _text(error: Exception) -> str:
+    if isinstance(error, OSError):
+        return error.strerror or str(error)
     return str(error.args[0]) if error.args else str(error)

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <deque>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -15,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "fit/problem/state_file.h"
 #include "math/fault.h"
 #include "math/hash.h"
 #include "render/film/film.h"
@@ -25,37 +27,51 @@ namespace selenite {
 /// reading. The bytes are for the machine and the version that wrote them.
 class SavedState {
  public:
-  /// For writing.
+  /// For writing, into memory.
   SavedState() = default;
   /// For reading. InvalidArgument when the bytes are not what `sealed` gave.
-  explicit SavedState(std::string_view sealed) : reading_(true) {
+  explicit SavedState(std::string_view sealed)
+      : reading_(true), left_(content_size(sealed.size())) {
+    bytes_ = sealed.substr(0, left_);
     std::uint64_t sum = 0;
-    if (sealed.size() < sizeof sum) damaged();
-    bytes_ = sealed.substr(0, sealed.size() - sizeof sum);
-    std::memcpy(&sum, sealed.data() + bytes_.size(), sizeof sum);
-    if (sum != checksum()) damaged();
+    std::memcpy(&sum, sealed.data() + left_, sizeof sum);
+    if (sum != hash64(bytes_)) damaged();
+  }
+
+  /// Writes the state of `part` to a file, piece by piece: a state may be as large as the fit itself.
+  /// Throws std::system_error.
+  template <class Part>
+  static void write(const std::filesystem::path& file, Part& part) {
+    SavedState counted(nullptr);
+    counted(part);
+    StateFile out(file, StateFile::kWrite, counted.size_);
+    SavedState state(&out);
+    state(part);
+    out.seal();
+  }
+  /// Reads what `write` has written. InvalidArgument when it is damaged, std::system_error.
+  template <class Part>
+  static void read(const std::filesystem::path& file, Part& part) {
+    const std::size_t size = content_size(StateFile::size_of(file));
+    StateFile in(file, StateFile::kRead, size);
+    if (!in.check_sum()) damaged();
+    SavedState state(&in);
+    state.reading_ = true;
+    state.left_ = size;
+    state(part);
+    state.expect_end();
   }
 
   bool reading() const { return reading_; }
-  /// What was written, with a checksum. It is handed out: a state may be large.
+  /// What was written, with a checksum. It is handed out.
   std::string sealed() {
-    append_checksum(0);
+    const std::uint64_t sum = hash64(bytes_);
+    bytes_.append(reinterpret_cast<const char*>(&sum), sizeof sum);
     return std::exchange(bytes_, {});
-  }
-  /// When writing: the sealed state of another object, as a string. It is written in its place.
-  template <class Part>
-  void nested(Part& part) {
-    std::int64_t size = 0;
-    const std::size_t before = bytes_.size(), begin = before + sizeof size;
-    one(size);
-    part.members(*this);
-    append_checksum(begin);
-    size = static_cast<std::int64_t>(bytes_.size() - begin);
-    std::memcpy(bytes_.data() + before, &size, sizeof size);
   }
   /// When reading: InvalidArgument unless everything has been read.
   void expect_end() const {
-    if (reading_ && at_ != bytes_.size()) damaged();
+    if (reading_ && left_ != 0) damaged();
   }
 
   template <class... T>
@@ -64,30 +80,36 @@ class SavedState {
   }
 
  private:
+  /// To or from a file; none: nothing is kept but the size.
+  explicit SavedState(StateFile* file) : in_memory_(false), file_(file) {}
+
   [[noreturn]] static void damaged() {
     throw Refused("", "The saved state is damaged or of another version", "start without it");
   }
-  std::uint64_t checksum(std::size_t begin = 0) const {
-    return hash64(std::string_view(bytes_).substr(begin));
-  }
-  void append_checksum(std::size_t begin) {
-    const std::uint64_t sum = checksum(begin);
-    bytes_.append(reinterpret_cast<const char*>(&sum), sizeof sum);
+  /// Of a sealed state.
+  static std::size_t content_size(std::size_t sealed) {
+    if (sealed < sizeof(std::uint64_t)) damaged();
+    return sealed - sizeof(std::uint64_t);
   }
   void raw(void* data, std::size_t size) {
     if (size == 0) return;
     if (!reading_) {
-      bytes_.append(static_cast<const char*>(data), size);
+      size_ += size;
+      if (in_memory_) bytes_.append(static_cast<const char*>(data), size);
+      if (file_) file_->write({static_cast<const char*>(data), size});
       return;
     }
-    if (size > bytes_.size() - at_) damaged();
-    std::memcpy(data, bytes_.data() + at_, size);
-    at_ += size;
+    if (size > left_) damaged();
+    if (file_)
+      file_->read(data, size);
+    else
+      std::memcpy(data, bytes_.data() + (bytes_.size() - left_), size);
+    left_ -= size;
   }
   /// A count of things that take at least a byte each.
   std::int64_t count(std::int64_t n) {
     raw(&n, sizeof n);
-    if (n < 0 || (reading_ && static_cast<std::uint64_t>(n) > bytes_.size() - at_)) damaged();
+    if (n < 0 || (reading_ && static_cast<std::uint64_t>(n) > left_)) damaged();
     return n;
   }
 
@@ -106,7 +128,7 @@ class SavedState {
     if (rows > 0 && columns > kMost / rows) damaged();
     const std::size_t size = static_cast<std::size_t>(rows * columns) * sizeof(T);
     if (reading_) {
-      if (size > bytes_.size() - at_) damaged();
+      if (size > left_) damaged();
       part.resize(rows, columns);
     }
     raw(part.data(), size);
@@ -166,9 +188,11 @@ class SavedState {
     for (auto& item : part) one(item);
   }
 
-  bool reading_ = false;
+  bool reading_ = false, in_memory_ = true;
+  std::size_t left_ = 0;  ///< bytes that have not been read
+  std::size_t size_ = 0;  ///< bytes that have been written
   std::string bytes_;
-  std::size_t at_ = 0;
+  StateFile* file_ = nullptr;
 };
 
 }  // namespace selenite

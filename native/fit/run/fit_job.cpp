@@ -2,9 +2,12 @@
 #include "fit/run/fit_job.h"
 
 #include <algorithm>
+#include <chrono>
 #include <limits>
+#include <system_error>
 #include <utility>
 
+#include "fit/problem/saved_state.h"
 #include "fit/run/failure.h"
 
 namespace selenite {
@@ -23,6 +26,18 @@ std::vector<Stage> one_stage(Scene scene, std::vector<Photo> photos,
   stages[0].photos = std::move(photos);
   stages[0].settings = std::move(settings);
   return stages;
+}
+
+WrittenState written(const std::filesystem::path& file, StagedFit& fit) {
+  const auto begin = std::chrono::steady_clock::now();
+  std::error_code trouble;
+  try {
+    SavedState::write(file, fit);
+  } catch (const std::system_error& error) {
+    trouble = error.code();
+  }
+  return {file, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
+          trouble};
 }
 
 }  // namespace
@@ -45,7 +60,6 @@ FitJob::Published FitJob::published() const {
           fit.shown_iterations(fit.result().iterations),
           fit_.stopped(),
           fit.previews(),
-          nullptr,
           fit.faults()};
 }
 
@@ -73,11 +87,7 @@ void FitJob::run() {
   try {
     while (fit_.step(&progress_)) {
       publish(false);
-      if (state_wanted_.exchange(false)) {
-        auto saved = std::make_shared<const std::string>(fit_.saved());
-        const std::scoped_lock lock(mutex_);
-        published_.saved = std::move(saved);
-      }
+      write_state();
     }
     publish(true);
   } catch (const std::exception& error) {
@@ -87,23 +97,37 @@ void FitJob::run() {
   }
 }
 
-void FitJob::request_state() {
+void FitJob::write_state() {
+  std::optional<std::filesystem::path> file;
+  {
+    const std::scoped_lock lock(mutex_);
+    file = std::exchange(state_wanted_, std::nullopt);
+  }
+  if (!file) return;
+  WrittenState state = written(*file, fit_);
+  const std::scoped_lock lock(mutex_);
+  state_written_ = std::move(state);
+}
+
+void FitJob::request_state(const std::filesystem::path& file) {
   const std::scoped_lock lock(mutex_);
   if (over_)  // the thread has left the fit
-    published_.saved = std::make_shared<const std::string>(fit_.saved());
+    state_written_ = written(file, fit_);
   else
-    state_wanted_ = true;
+    state_wanted_ = file;
 }
 
-std::shared_ptr<const std::string> FitJob::take_state() {
+std::optional<WrittenState> FitJob::take_state() {
   const std::scoped_lock lock(mutex_);
-  return std::exchange(published_.saved, nullptr);
+  std::optional<WrittenState> state = std::exchange(state_written_, std::nullopt);
+  if (state && state->trouble) throw std::system_error(state->trouble);
+  return state;
 }
 
-void FitJob::restore(std::string_view saved, double seconds) {
+void FitJob::restore(const std::filesystem::path& file, double seconds) {
   const std::scoped_lock lock(join_mutex_, mutex_);
   if (started_) throw Refused("Fit.restore", "this fit has been started", "restore a new one");
-  fit_.restore(saved);
+  SavedState::read(file, fit_);
   published_ = published();
   stages_noted_ = fit_.ended().size();
   clock_.set_seconds_before(seconds);
@@ -117,7 +141,6 @@ void FitJob::publish(bool over) {
   }
   Published fresh = published();
   const std::scoped_lock lock(mutex_);
-  fresh.saved = std::move(published_.saved);
   published_ = std::move(fresh);
   clock_.update(*published_.result, next_stage);
   if (!over) return;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <atomic>
+#include <filesystem>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -37,6 +39,13 @@ struct RunResult {
   EndedStage newest;                      ///< whether it has ended or not
 };
 
+/// A file with the whole state of a fit, see Fit::saved.
+struct WrittenState {
+  std::filesystem::path file;
+  double seconds;           ///< that it took
+  std::error_code trouble;  ///< why it is not there
+};
+
 /// A fit in a thread of its own. Every member may be called from any thread; none waits for a
 /// render except `join` and the destructor (which cancels first: at most a tile).
 class FitJob {
@@ -55,13 +64,15 @@ class FitJob {
   /// Polled per tile; what has been found so far stays.
   void cancel() { progress_.cancelled = true; }
   void join();
-  /// Asks for the state after the iteration that runs, or at the end of a fit that is over;
-  /// `take_state` has it then, once.
-  void request_state();
-  /// See Fit::saved; empty until it is there.
-  std::shared_ptr<const std::string> take_state();
-  /// Before `start`: goes on from a state that had taken so many seconds. Throws as Fit::restore.
-  void restore(std::string_view saved, double seconds);
+  /// Asks for the state in a file after the iteration that runs, or now of a fit that is over. A file that
+  /// was asked for before and is not there yet will not be.
+  void request_state(const std::filesystem::path& file);
+  /// The newest state that has been written since the last call, once. Throws std::system_error where it
+  /// could not be: the fit goes on.
+  std::optional<WrittenState> take_state();
+  /// Before `start`: goes on from a state that had taken so many seconds. Throws as Fit::restore, and
+  /// std::system_error.
+  void restore(const std::filesystem::path& file, double seconds);
 
   FitState state() const;
   RunResult result() const;
@@ -84,7 +95,6 @@ class FitJob {
     int iterations = 0;  ///< of the stage that runs, as shown
     StopReason stopped = StopReason::kNone;
     Previews previews{};
-    std::shared_ptr<const std::string> saved{};
     std::vector<Fault> faults{};  ///< why it failed; empty if it did not
   };
   /// From the fit, which no thread touches meanwhile.
@@ -97,12 +107,15 @@ class FitJob {
   void run();
   void publish(bool over);
   void end();
+  /// Writes the state if it was asked for.
+  void write_state();
 
   std::size_t stages_noted_ = 0;  ///< ended ones whose time is known; touched as `fit_`
   StagedFit fit_;                 ///< touched by the thread alone once it runs
   Progress progress_;
-  std::atomic<bool> state_wanted_{false};
   mutable std::mutex mutex_;  ///< guards all below
+  std::optional<std::filesystem::path> state_wanted_;
+  std::optional<WrittenState> state_written_;
   bool started_ = false, over_ = false;
   FitClock clock_;
   Published published_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "fit/problem/saved_state.h"
 #include "fit/run/stage_worker.h"
 #include "math/fault.h"
 #include "render/shape/shape_gradient.h"
@@ -10,7 +11,7 @@
 namespace selenite {
 namespace {
 
-constexpr const char* kStagesFormat = "stages 1";
+constexpr const char* kStagesFormat = "stages 2";
 
 /// Whether the next stage may start.
 bool ended_well(StopReason reason) {
@@ -108,10 +109,11 @@ bool StagedFit::step(Progress* progress) {
   return true;
 }
 
-void StagedFit::begin_next() {
-  enter_after(std::make_shared<const EndedStage>(
-      EndedStage{fit_->problem(), std::string(fit_->strategy().method()), fit_->result(), 0}));
+EndedStage StagedFit::newest() const {
+  return {fit_->problem(), std::string(fit_->strategy().method()), fit_->result(), 0};
 }
+
+void StagedFit::begin_next() { enter_after(std::make_shared<const EndedStage>(newest())); }
 
 void StagedFit::enter_after(std::shared_ptr<const EndedStage> ended) {
   RunPoint next = *point_;
@@ -130,40 +132,34 @@ void StagedFit::note_seconds(double seconds) {
 
 std::string StagedFit::saved() {
   SavedState state;
-  std::string format = kStagesFormat;
-  auto count = static_cast<std::int64_t>(ended_.size());
-  state(format, count);
-  for (const auto& one : ended_) {
-    EndedStage ended = *one;
-    state(ended.result, ended.result.stopped, ended.seconds);
-  }
-  state.nested(*fit_);
-  StopReason stopped = stopped_;
-  state(stopped);
+  members(state);
   return state.sealed();
 }
 
 void StagedFit::restore(std::string_view saved) {
   SavedState state(saved);
-  std::string format;
-  std::int64_t count = 0;
+  members(state);
+  state.expect_end();
+}
+
+void StagedFit::members(SavedState& state) {
+  std::string format = kStagesFormat;
   state(format);
   if (format != kStagesFormat) damaged();
+  auto count = static_cast<std::int64_t>(ended_.size());
   state(count);
   if (count < 0 || count >= static_cast<std::int64_t>(stages_.size()))
     throw Refused("", "The saved state belongs to a run of other stages", "start without it");
   for (std::int64_t i = 0; i < count; ++i) {
-    EndedStage ended{fit_->problem(), std::string(fit_->strategy().method()), {}, 0};
+    EndedStage ended = state.reading() ? newest() : *ended_[static_cast<std::size_t>(i)];
     state(ended.result, ended.result.stopped, ended.seconds);
+    if (!state.reading()) continue;
     check(*ended.problem, ended.result);
     enter_after(std::make_shared<const EndedStage>(std::move(ended)));
   }
-  std::string now;
-  StopReason stopped = StopReason::kNone;
-  state(now, stopped);
-  state.expect_end();
-  fit_->restore(now);
-  if (stopped == StopReason::kCancelled) return;  // it goes on
+  StopReason stopped = stopped_;
+  state(*fit_, stopped);
+  if (!state.reading() || stopped == StopReason::kCancelled) return;  // it goes on
   stopped_ = stopped;
   fit_->restore_end(stopped);
 }

@@ -24,6 +24,8 @@ class StagedFit {
   /// The whole state, see Fit.
   std::string saved();
   void restore(std::string_view saved);
+  /// The same of a state elsewhere.
+  void members(SavedState& state);
 
   const std::vector<Stage>& stages() const { return stages_; }
   const RunUnknowns& unknowns() const { return unknowns_; }
@@ -38,6 +40,8 @@ class StagedFit {
 
  private:
   std::unique_ptr<Fit> fit_of(std::size_t stage, const RunPoint& point) const;
+  /// The present stage as it stands.
+  EndedStage newest() const;
   void begin_next();
   void enter_after(std::shared_ptr<const EndedStage> ended);
   bool stages_left() const { return ended_.size() + 1 < stages_.size(); }
