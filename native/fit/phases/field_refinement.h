@@ -52,6 +52,12 @@ class FieldRefinement {
   bool roughness_known() const { return options_.roughness_known; }
   const GaussNewton& gauss_newton() const { return point_.gauss_newton; }
   const FieldGaussNewton& fields() const { return fields_; }
+  FieldGaussNewton& fields() { return fields_; }
+  /// Whether a pass begins, and its samples in units of those of an iteration.
+  bool begins_pass() const { return !over_ && photo_ == 0; }
+  double pass_weight() const {
+    return static_cast<double>(pass_spp(point_.report.passes)) / iteration_spp_;
+  }
   void members(SavedState& state);
 
  private:
