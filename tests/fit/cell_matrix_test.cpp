@@ -115,7 +115,7 @@ TEST(Precision, TheMeanOfAnImageIsFree) {
   EXPECT_LT(precision->times(Eigen::VectorXd::Ones(kColumns)).norm(), 1e-9);
   Eigen::VectorXd uneven = Eigen::VectorXd::Zero(kColumns);
   uneven[3] = 1;
-  EXPECT_GT(uneven.dot(precision->times(uneven)), 1);
+  EXPECT_GT(uneven.dot(precision->times(uneven).col(0)), 1);
 }
 
 }  // namespace

@@ -275,24 +275,32 @@ CellMatrix FieldGaussNewton::of_channel(const View& view, int channel) const {
   return {std::move(near), view.far(Eigen::all, mine), groups_};
 }
 
-/// Residuals less the degrees of freedom of the texels, which are the trace of the matrix that maps residuals
-/// to what texels explain (Hutchinson 1990, Communications in Statistics 19: by random signs).
-double FieldGaussNewton::remaining_variance(const CellMatrix& jacobian, const NormalMatrix& normal,
-                                            const Eigen::VectorXf& residual) const {
-  const Eigen::Index rows = residual.size();
-  Eigen::MatrixXf sides(rows, options_.probes + 1);
-  sides.col(0) = residual;
-  for (Eigen::Index k = 1; k < sides.cols(); ++k)
+Eigen::MatrixXf FieldGaussNewton::signs(Eigen::Index rows) const {
+  Eigen::MatrixXf all(rows, options_.probes);
+  for (Eigen::Index k = 0; k < all.cols(); ++k)
     for (Eigen::Index i = 0; i < rows; ++i)
-      sides(i, k) = (mix64(static_cast<std::uint64_t>(k * rows + i)) & 1) != 0 ? 1.f : -1.f;
+      all(i, k) = (mix64(static_cast<std::uint64_t>(k * rows + i)) & 1) != 0 ? 1.f : -1.f;
+  return all;
+}
+
+/// The diagonal of the matrix that maps residuals to what texels explain, by random signs.
+/// Source: Hutchinson 1990, Communications in Statistics 19.
+Eigen::VectorXf FieldGaussNewton::leverage(const CellMatrix& jacobian,
+                                           const NormalMatrix& normal) const {
+  const Eigen::MatrixXf sides = signs(jacobian.rows());
   const Eigen::MatrixXd seen = jacobian.transposed_times(sides).cast<double>();
   const Eigen::MatrixXf explained = jacobian.times(normal.solve(seen).cast<float>());
-  const double freedom = sides.rightCols(options_.probes)
-                             .cwiseProduct(explained.rightCols(options_.probes))
-                             .sum() /
-                         options_.probes;
-  const double left = std::max(static_cast<double>((residual.array() != 0).count()) - freedom, 1.0);
-  return (residual - explained.col(0)).cast<double>().squaredNorm() / left;
+  return sides.cwiseProduct(explained).rowwise().mean();
+}
+
+/// The trace of that matrix counts the degrees of freedom that texels take from the residuals.
+double FieldGaussNewton::remaining_variance(const CellMatrix& jacobian, const NormalMatrix& normal,
+                                            const Eigen::VectorXf& residual) const {
+  const Eigen::MatrixXd seen = jacobian.transposed_times(residual).cast<double>();
+  const Eigen::VectorXf explained = jacobian.times(normal.solve(seen).cast<float>());
+  const double left = static_cast<double>((residual.array() != 0).count()) -
+                      leverage(jacobian, normal).cast<double>().sum();
+  return (residual - explained).cast<double>().squaredNorm() / std::max(left, 1.0);
 }
 
 void FieldGaussNewton::solve(double done) {
@@ -408,6 +416,7 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
     const double strength = channel.jacobian->squared_columns().sum();
     const double variance = strength > 0 ? channel.variance * (solver.trace() / strength) : 1;
     solver.add(variance, prior_.precision(), 0);
+    if (z.front().widening) widen(*jacobian, solver, c, z);
     const Eigen::MatrixXd like =
         (eliminate_from_half(z, &InstrumentalVariables::Set::a, c, sums_a, solver) +
          eliminate_from_half(z, &InstrumentalVariables::Set::b, c, sums_b, solver)) /
@@ -418,6 +427,23 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
     remaining += variance * (moves.transpose() * solver.solve(moves));
   }
   return remaining;
+}
+
+void FieldGaussNewton::widen(const CellMatrix& jacobian, const NormalMatrix& normal, int c,
+                             const std::vector<Regressors>& z) const {
+  const Eigen::ArrayXf factors =
+      (1 - leverage(jacobian, normal).array().min(static_cast<float>(options_.most_leverage)).max(0))
+          .rsqrt();
+  Eigen::Index first = 0;
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    const View& view = views_[i];
+    Eigen::VectorXf& widening = *z[i].widening;
+    if (c == 0) widening = Eigen::VectorXf::Ones(3 * std::ssize(view.share));
+    for (std::size_t p = 0; p < view.share.size(); ++p)
+      if (const Eigen::Index row = row_of(view, p); row >= 0)
+        widening[static_cast<Eigen::Index>(3 * p) + c] = factors[first + row];
+    first += view.weight.rows();
+  }
 }
 
 Eigen::MatrixXd FieldGaussNewton::eliminate_from_half(

@@ -35,7 +35,8 @@ struct FieldGaussNewtonOptions {
   float least_share = 0.1f;
   int groups = 4;
   int variance_rounds = 2;  ///< of the variance of residuals, which depends on the prior's part in them
-  int probes = 8;           ///< random vectors that measure how many residuals texels take up
+  int probes = 8;              ///< random vectors that measure how many residuals texels take up
+  double most_leverage = 0.9;  ///< share of a residual that texels may take up
   double jacobian_kept =
       0.9;  ///< share of a Jacobian that each iteration keeps: it changes with voxels
   FieldPriorOptions prior{};
@@ -96,6 +97,8 @@ class FieldGaussNewton {
     const Eigen::VectorXf* weight;                            ///< of the residuals
     const InstrumentalVariables::Set* informative = nullptr;  ///< those of some pixels; null: none
     const Eigen::VectorXf* informative_weight = nullptr;
+    /// Takes, for images, by how much errors exceed residuals: texels take up a part of these; null: nobody.
+    Eigen::VectorXf* widening = nullptr;
   };
   /// Takes from the instruments of all whole photos what the voxels explain of these and of the
   /// informative ones, by the last `solve`: their equations together then depend on no voxel. Keeps the
@@ -147,9 +150,16 @@ class FieldGaussNewton {
                                       InstrumentalVariables::Half InstrumentalVariables::Set::*half,
                                       int c, const std::vector<Eigen::MatrixXf>& sums,
                                       const NormalMatrix& solver) const;
+  /// Of the residuals of channel c; see `Regressors::widening`.
+  void widen(const CellMatrix& jacobian, const NormalMatrix& normal, int c,
+             const std::vector<Regressors>& z) const;
   /// The columns of a channel.
   CellMatrix of_channel(const View& view, int channel) const;
   void gather_places(View& view, const std::vector<PlaceSlopes>& places, float fresh) const;
+  /// Random ones, a column a probe.
+  Eigen::MatrixXf signs(Eigen::Index rows) const;
+  /// Of each row, the share of its residual that texels take up.
+  Eigen::VectorXf leverage(const CellMatrix& jacobian, const NormalMatrix& normal) const;
   /// Variance of a residual of weight 1 by what remains beside texels that follow the photos: what several
   /// photos of a texel agree on is none.
   double remaining_variance(const CellMatrix& jacobian, const NormalMatrix& normal,

@@ -105,6 +105,7 @@ Eigen::MatrixXd JointGaussNewton::eliminate_fields(std::vector<GaussNewton::Phot
       z.back().informative = &informative->z;
       z.back().informative_weight = &informative->weight;
     }
+    if (fields.has_images()) z.back().widening = &all[i].widening;
   }
   fields.solve(done);
   return fields.eliminate_fields(z);

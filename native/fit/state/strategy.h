@@ -33,8 +33,11 @@ struct Strategy {
   /// Of images after a multi-start that are stepped apart from scalars, the IOR of what refracts sharply is
   /// found by a line search before each block of scalars, in place of steps by derivatives.
   bool searches_ior() const { return after_multi_start() && has_images && !joint; }
-  /// Errors of texels and voxels look like roughness; those of the light look like either.
-  bool prefers_low_roughness() const { return after_multi_start() && !has_environment; }
+  /// Errors of texels and voxels look like roughness; those of the light look like either. Texels that are
+  /// stepped together with scalars leave them free.
+  bool prefers_low_roughness() const {
+    return after_multi_start() && !has_environment && !(joint && has_images);
+  }
   /// The photos are asked how rough a body may be whose light is unknown: see `RoughnessProfile`.
   bool profiles_roughness() const { return joint && has_environment; }
   /// The descent's estimate is one of all iterations, not of the last one.
