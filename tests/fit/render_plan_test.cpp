@@ -192,7 +192,7 @@ TEST(RenderPlan, OfAnImageBesideScalarsIsWhatItRenders) {
   const Course course(board({0.5f, 0.5f, 0.5f, 0.5f}),
                       taken_photos(board({0.2f, 0.4f, 0.6f, 0.8f}), 24), {roughness(), texels()},
                       settings);
-  ASSERT_EQ(course.result.iterations, 20);
+  ASSERT_EQ(course.result.iterations, 40);
   expect_equal(course, PhaseKind::kDescent);
   expect_within(course, 0.15);
 }

@@ -18,6 +18,7 @@ struct FieldRefinementOptions {
   /// Of the samples of a refinement without fields that the last pass takes: the others are for the
   /// informative pixels.
   int share_of_samples = 5;
+  int share_with_texels = 2;  ///< the same, where texels show in few pixels
   int least_of_pass = 32;  ///< samples: with fewer there is nothing to step by
   double converged_sigmas = kCertainSigmas, near = kLinearShare;  ///< as of `RefinementOptions`
   /// Samples of the first pass's derivatives in units of its own, as they select the informative pixels,

@@ -20,9 +20,11 @@ SceneModel varied_scene(const FitRun& run) {
   return uniform ? scene_model(run.problem, *uniform) : scene_model(run.problem);
 }
 
-int field_pass_spp(const FitSettings& settings) {
+int field_pass_spp(const FitSettings& settings, const Strategy& strategy) {
+  constexpr FieldRefinementOptions kOptions;
   const int spp = settings.chosen_refinement_spp();
-  return settings.refinement_spp == 0 ? spp / FieldRefinementOptions{}.share_of_samples : spp;
+  if (settings.refinement_spp != 0) return spp;
+  return spp / (strategy.has_images ? kOptions.share_with_texels : kOptions.share_of_samples);
 }
 
 /// The best values with every roughness at least where it looks perfectly sharp: nothing separates a sharper
@@ -181,7 +183,7 @@ FieldRefinementPhase::FieldRefinementPhase(FitRun& run, FieldGaussNewton fields,
     : refinement_(run.problem.scalars(), optimiser, start_of_field_refinement(run),
                   at_best_fields(run, std::move(fields)),
                   stream_seed(run.problem.settings().seed, Stream::kRefinement, roughness_known, 0),
-                  field_pass_spp(run.problem.settings()), run.problem.settings().spp,
+                  field_pass_spp(run.problem.settings(), run.strategy), run.problem.settings().spp,
                   {.roughness_known = roughness_known}) {}
 
 /// A texel shows in few pixels: its derivatives are of the values of the pass, and of more samples than those
@@ -287,7 +289,7 @@ void RefinementPhase::plan(RenderPlan& plan) {
 /// A roughness looks sharp there, mostly, and is left out.
 void FieldRefinementPhase::plan(RenderPlan& plan) {
   constexpr FieldRefinementOptions kOptions;
-  const int spp = field_pass_spp(plan.problem.settings());
+  const int spp = field_pass_spp(plan.problem.settings(), plan.strategy);
   const RenderPlan::Renders both =
       plan.renders_of(Purpose::kInstrumental, differences_of_field_refinement(false));
   const double informative = plan.pixels * kExpected.informative_pixels / kInformativePixels.one_of;
