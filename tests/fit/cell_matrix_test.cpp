@@ -32,8 +32,7 @@ struct Example {
     std::uniform_int_distribution<Eigen::Index> any(0, kColumns - kSide - 2);
     for (Eigen::Index p = 0; p < kRows; ++p) {
       const Eigen::Index first = any(random);
-      for (const Eigen::Index q :
-           {first, first + 1, first + kSide, first + kSide + 1, any(random)})
+      for (const Eigen::Index q : {first, first + 1, first + kSide, first + kSide + 1, any(random)})
         near.coeffRef(p, q) += 1 + normal(random);
     }
     near.makeCompressed();
@@ -78,10 +77,10 @@ TEST(CellMatrix, ASparseOneIsTheSameAsItsDenseSum) {
   EXPECT_LT((one.sparse.times(x) - one.dense * x).norm(), 1e-4);
   EXPECT_LT((one.sparse.transposed_times(y) - one.dense.transpose() * y).norm(), 1e-4);
   EXPECT_LT((one.sparse.squared_rows() - one.dense.rowwise().squaredNorm()).norm(), 1e-4);
-  EXPECT_LT((one.sparse.squared_columns() -
-             one.dense.cast<double>().colwise().squaredNorm().transpose())
-                .norm(),
-            1e-3);
+  EXPECT_LT(
+      (one.sparse.squared_columns() - one.dense.cast<double>().colwise().squaredNorm().transpose())
+          .norm(),
+      1e-3);
 }
 
 TEST(CellMatrix, ScaledAndStackedRowsAreThoseOfTheDenseSum) {
@@ -101,7 +100,8 @@ TEST(NormalMatrix, ASparseOneIsSolvedAsADenseOne) {
   EXPECT_NEAR(sparse.trace(), dense.trace(), 1e-5 * dense.trace());
   const auto precision = smooth();
   auto whole = std::make_shared<Precision>();
-  whole->dense = Eigen::MatrixXd(precision->sparse) - precision->level * precision->level.transpose();
+  whole->dense =
+      Eigen::MatrixXd(precision->sparse) - precision->level * precision->level.transpose();
   sparse.add(0.2, precision, 0.01);
   dense.add(0.2, whole, 0.01);
   const Eigen::MatrixXd right = one.any(kColumns, 3).cast<double>();

@@ -19,10 +19,9 @@ constexpr Eigen::Index kNumbers = 3 * kAlong * kAlong, kRows = 3 * kSide * kSide
 Scene with_texels() {
   Scene scene = board({0.5f, 0.5f, 0.5f, 0.5f});
   FieldMap& map = scene.appearance.materials[0].maps[0];
-  map.texture = std::make_shared<Texture>("Wood", kAlong, kAlong,
-                                          std::vector<Colorf>(kAlong * kAlong, Colorf(0.5f)),
-                                          std::vector<float>{}, false, Extension::kExtend,
-                                          Interpolation::kLinear);
+  map.texture = std::make_shared<Texture>(
+      "Wood", kAlong, kAlong, std::vector<Colorf>(kAlong * kAlong, Colorf(0.5f)),
+      std::vector<float>{}, false, Extension::kExtend, Interpolation::kLinear);
   return scene;
 }
 
@@ -46,8 +45,8 @@ struct LinearImage {
       PlaceSlopes seen(kSide * kSide);
       for (int p = 0; p < kSide * kSide; ++p) {
         const int x = std::min(p % kSide / 2, kAlong - 2), y = std::min(p / kSide / 2, kAlong - 2);
-        for (const int texel : {y * kAlong + x, y * kAlong + x + 1, (y + 1) * kAlong + x,
-                                (y + 1) * kAlong + x + 1})
+        for (const int texel :
+             {y * kAlong + x, y * kAlong + x + 1, (y + 1) * kAlong + x, (y + 1) * kAlong + x + 1})
           seen[static_cast<std::size_t>(p)].push_back(
               {static_cast<std::uint32_t>(texel), {some(random), some(random), some(random)}});
       }
@@ -88,7 +87,8 @@ struct LinearImage {
     for (std::size_t i = 0; i < photos.size(); ++i) {
       Halves halves;
       halves.residual_a = z[i].a.slopes * scalars.cast<float>() + shown(i, off);
-      for (Eigen::Index row = 0; row < kRows; ++row) halves.residual_a[row] += error * normal(random);
+      for (Eigen::Index row = 0; row < kRows; ++row)
+        halves.residual_a[row] += error * normal(random);
       halves.residual_b = halves.residual_a;
       halves.variance = Eigen::VectorXf::Zero(kRows);
       newton->add_residual(i, halves, weights[i], 0);
@@ -111,9 +111,8 @@ TEST(ImageGaussNewton, InstrumentsAreBlindToWhatTexelsCanCompensateFor) {
   const auto moves = [&](Eigen::Index scalar) {
     double sum = 0;
     for (std::size_t i = 0; i < world.z.size(); ++i)
-      sum += world.weights[i]
-                 .cwiseProduct(world.z[i].a.filtered.col(scalar))
-                 .dot(world.shown(i, off));
+      sum +=
+          world.weights[i].cwiseProduct(world.z[i].a.filtered.col(scalar)).dot(world.shown(i, off));
     return std::abs(sum);
   };
   const double first = moves(0), second = moves(1);

@@ -84,8 +84,8 @@ inline Scene with_many_texels(Scene scene, float color) {
   constexpr int kMany = 257;
   FieldMap& map = scene.appearance.materials[0].maps[0];
   map.texture = std::make_shared<Texture>(
-      "Wood", kMany, kMany, std::vector<Colorf>(kMany * kMany, Colorf(color)),
-      std::vector<float>{}, map.texture->encoded(), Extension::kExtend, Interpolation::kLinear);
+      "Wood", kMany, kMany, std::vector<Colorf>(kMany * kMany, Colorf(color)), std::vector<float>{},
+      map.texture->encoded(), Extension::kExtend, Interpolation::kLinear);
   return scene;
 }
 

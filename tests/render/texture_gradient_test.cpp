@@ -170,16 +170,15 @@ TEST(TextureGradient, TexelsOfCellsAddUpToTheGradient) {
   const RenderSettings settings = settings_of(21, 4);
   std::vector<float> weights(static_cast<std::size_t>(settings.width) * settings.height);
   for (std::size_t p = 0; p < weights.size(); ++p) weights[p] = 0.1f + static_cast<float>(p % 7);
-  const FieldGradient gradient =
-      gradient_of(scene, settings, [&](std::size_t pixel, const Film&) {
-        return PixelSlope{Colorf(weights[pixel]), {}};
-      });
+  const FieldGradient gradient = gradient_of(scene, settings, [&](std::size_t pixel, const Film&) {
+    return PixelSlope{Colorf(weights[pixel]), {}};
+  });
   for (const int cell : {1, 8}) {
     const FieldJacobian found =
         render_field_jacobian(scene, scene.cameras[0], {ImageRef{0}}, settings, weights, cell);
     EXPECT_EQ(found.fields[0].cols(), 0) << "nothing is held for texels that are not met";
-    ASSERT_EQ(std::ssize(found.places[0]), cells_along(settings.width, cell) *
-                                               cells_along(settings.height, cell));
+    ASSERT_EQ(std::ssize(found.places[0]),
+              cells_along(settings.width, cell) * cells_along(settings.height, cell));
     std::vector<double> sums(12);
     for (const auto& row : found.places[0])
       for (const auto& [texel, slope] : row)

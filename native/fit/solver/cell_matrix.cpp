@@ -26,8 +26,7 @@ Eigen::SparseMatrix<double> neighbours(const CellMatrix::Sparse& near, double st
     const auto* const begin = sum.innerIndexPtr() + sum.outerIndexPtr()[column];
     const auto* const end = sum.innerIndexPtr() + sum.outerIndexPtr()[column + 1];
     const auto* const found = std::lower_bound(begin, end, row);
-    return found == end || *found != row ? nullptr
-                                         : sum.valuePtr() + (found - sum.innerIndexPtr());
+    return found == end || *found != row ? nullptr : sum.valuePtr() + (found - sum.innerIndexPtr());
   };
   for (Eigen::Index p = 0; p < near.rows(); ++p)
     for (CellMatrix::Sparse::InnerIterator a(near, p); a; ++a)
@@ -80,8 +79,8 @@ Eigen::VectorXf CellMatrix::squared_rows() const {
              groups_->share[g];
     for (Sparse::InnerIterator one(near_, p); one; ++one) {
       const int group = groups_->of[static_cast<std::size_t>(one.col())];
-      sum += one.value() * (one.value() +
-                            2 * far_(p, group) * groups_->share[static_cast<std::size_t>(group)]);
+      sum += one.value() *
+             (one.value() + 2 * far_(p, group) * groups_->share[static_cast<std::size_t>(group)]);
     }
     sums[p] = sum;
   }
@@ -101,8 +100,8 @@ Eigen::VectorXd CellMatrix::squared_columns() const {
     for (Sparse::InnerIterator one(near_, p); one; ++one) {
       const int group = groups_->of[static_cast<std::size_t>(one.col())];
       sums[one.col()] += static_cast<double>(
-          one.value() * (one.value() + 2 * far_(p, group) *
-                                           groups_->share[static_cast<std::size_t>(group)]));
+          one.value() *
+          (one.value() + 2 * far_(p, group) * groups_->share[static_cast<std::size_t>(group)]));
     }
   return sums;
 }

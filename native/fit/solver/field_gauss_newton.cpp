@@ -39,8 +39,7 @@ std::shared_ptr<const CellMatrix::Groups> groups_of(const Fields& fields, int al
     groups->share.resize(groups->share.size() + static_cast<std::size_t>(along * along));
     for (int y = 0; y < image.height(); ++y)
       for (int x = 0; x < image.width(); ++x) {
-        const int group =
-            first + y * along / image.height() * along + x * along / image.width();
+        const int group = first + y * along / image.height() * along + x * along / image.width();
         groups->of.push_back(group);
         ++groups->share[static_cast<std::size_t>(group)];
       }
@@ -336,8 +335,7 @@ void FieldGaussNewton::solve(double done) {
     // What no light explains is not noise: a residual that stays counts as well.
     if (all > 0 && has_environment())
       channel.variance =
-          std::max(channel.variance,
-                   variance_of_blocks(channel.jacobian->dense(), residual) / all);
+          std::max(channel.variance, variance_of_blocks(channel.jacobian->dense(), residual) / all);
     if (channel.variance > 0) known += channel.normal.diagonal() / (3 * channel.variance);
   }
   prior_.adapt(values, known);
@@ -356,12 +354,14 @@ void FieldGaussNewton::solve(double done) {
         NormalMatrix normal = channel.normal;
         normal.add(channel.variance, prior_.precision(), damping);
         channel.variance = std::max(
-            noise, remaining_variance(*channel.jacobian, normal, residuals[static_cast<std::size_t>(c)]));
+            noise,
+            remaining_variance(*channel.jacobian, normal, residuals[static_cast<std::size_t>(c)]));
       }
     }
     channel.normal.add(channel.variance, prior_.precision(), damping);
-    channel.descent -= channel.variance * prior_.precision()->times(selenite::of_channel(values, c) -
- selenite::of_channel(prior_.mean(), c));
+    channel.descent -=
+        channel.variance * prior_.precision()->times(selenite::of_channel(values, c) -
+                                                     selenite::of_channel(prior_.mean(), c));
   }
 }
 
@@ -432,7 +432,8 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
 void FieldGaussNewton::widen(const CellMatrix& jacobian, const NormalMatrix& normal, int c,
                              const std::vector<Regressors>& z) const {
   const Eigen::ArrayXf factors =
-      (1 - leverage(jacobian, normal).array().min(static_cast<float>(options_.most_leverage)).max(0))
+      (1 -
+       leverage(jacobian, normal).array().min(static_cast<float>(options_.most_leverage)).max(0))
           .rsqrt();
   Eigen::Index first = 0;
   for (std::size_t i = 0; i < z.size(); ++i) {
@@ -509,8 +510,8 @@ void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
     const Eigen::VectorXd here = before(mine);
     const Eigen::VectorXd low = (minimum_(mine) - here).cwiseMax(-longest(mine));
     const Eigen::VectorXd high = (maximum_(mine) - here).cwiseMin(longest(mine));
-    step(mine) = bounded_step(one, one.descent - one.jacobian->transposed_times(shift).cast<double>(),
-                              low, high);
+    step(mine) = bounded_step(
+        one, one.descent - one.jacobian->transposed_times(shift).cast<double>(), low, high);
   }
   Eigen::Index at = 0;
   for (Vector& values : values_) {
@@ -520,7 +521,8 @@ void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
   for (View& view : views_)
     for (int c = 0; c < 3; ++c) {
       const Eigen::Index cells = view.jacobian.rows();
-      view.residual.col(c) += of_channel(view, c).times(selenite::of_channel(step, c).cast<float>());
+      view.residual.col(c) +=
+          of_channel(view, c).times(selenite::of_channel(step, c).cast<float>());
       if (view.slopes.size() > 0)
         view.residual.col(c) += view.slopes.middleRows(c * cells, cells) * du.cast<float>();
     }

@@ -34,8 +34,9 @@ struct FieldGaussNewtonOptions {
   /// which there are so many along each side of an image.
   float least_share = 0.1f;
   int groups = 4;
-  int variance_rounds = 2;  ///< of the variance of residuals, which depends on the prior's part in them
-  int probes = 8;              ///< random vectors that measure how many residuals texels take up
+  int variance_rounds =
+      2;           ///< of the variance of residuals, which depends on the prior's part in them
+  int probes = 8;  ///< random vectors that measure how many residuals texels take up
   double most_leverage = 0.9;  ///< share of a residual that texels may take up
   double jacobian_kept =
       0.9;  ///< share of a Jacobian that each iteration keeps: it changes with voxels

@@ -64,7 +64,7 @@ class FieldPrior {
   std::vector<std::vector<std::ptrdiff_t>> shapes_;
   std::vector<char> is_environment_;
   std::vector<std::shared_ptr<const Texture>> images_;  ///< null: no image of a surface
-  FieldValues start_;  ///< of the scene
+  FieldValues start_;                                   ///< of the scene
   Eigen::VectorXd mean_;
   std::shared_ptr<const Precision> precision_;
   Eigen::VectorXd level_;  ///< of each number: the mean of its field in `mean_`, of a grid 1
