@@ -33,7 +33,8 @@ Vector JointGaussNewton::step_by_residuals(const Vector& x, std::span<const Obse
   const std::vector<Halves> halves = residual_halves(*problem_, seen);
   add_residuals(seen);
   if (!scalars_.has_instruments()) {
-    if (fields_.has_environment()) {  // light is linear: it goes ahead of what is not
+    // Light is linear, and scalars go astray beside even texels: both go ahead of what is not.
+    if (fields_.has_environment() || fields_.has_images()) {
       fields_.solve(scalars_.done());
       fields_.advance(Eigen::VectorXd(0));
     }
