@@ -71,7 +71,7 @@ TEST(UnknownEnvironment, LooksAlikeToItsPriorHoweverItIsTurned) {
   const Fields fields(scene, {kWanted[1]});
   FieldPrior prior(fields);
   prior.begin(fields.start()[0]);
-  const Eigen::MatrixXd& precision = prior.precision();
+  const Eigen::MatrixXd& precision = prior.precision()->dense;
   const auto between = [&](int y, int x, int other_y, int other_x) {
     return precision(y * kWidth + x % kWidth, other_y * kWidth + other_x % kWidth);
   };
@@ -96,7 +96,7 @@ TEST(UnknownEnvironment, ASavedPriorComesBack) {
   const Eigen::VectorXd known = Eigen::VectorXd::Ones(kWidth * kHeight);
   prior.adapt(now, known);
   resumed.adapt(now, known);
-  EXPECT_EQ(resumed.precision(), prior.precision());
+  EXPECT_EQ(resumed.precision()->dense, prior.precision()->dense);
   EXPECT_EQ(resumed.longest_steps(prior.mean()), prior.longest_steps(prior.mean()));
 }
 
@@ -105,18 +105,18 @@ TEST(UnknownEnvironment, ALampMayBeBrighterThanItsNeighbours) {
   const Fields fields(stage(0.4, even(1)), {kWanted[1]});
   FieldPrior prior(fields);
   prior.begin(fields.start()[0]);
-  const Eigen::MatrixXd before = prior.precision();
+  const Eigen::MatrixXd before = prior.precision()->dense;
   Eigen::VectorXd lit = prior.mean();
   constexpr int kLamp = kWidth + 2;
   lit.segment<3>(3 * kLamp).setConstant(99);
   Eigen::VectorXd known = Eigen::VectorXd::Zero(kWidth * kHeight);
   prior.adapt(lit, known);
-  EXPECT_EQ(prior.precision(), before);  // no photo has seen it
+  EXPECT_EQ(prior.precision()->dense, before);  // no photo has seen it
   known[kLamp] = 1e6;
   prior.adapt(lit, known);
   // What is left holds the mean of the sphere.
-  EXPECT_LT(prior.precision()(kLamp, kLamp), before(kLamp, kLamp) / 5);
-  EXPECT_EQ(prior.precision()(kLamp + 3, kLamp + 4), before(kLamp + 3, kLamp + 4));
+  EXPECT_LT(prior.precision()->dense(kLamp, kLamp), before(kLamp, kLamp) / 5);
+  EXPECT_EQ(prior.precision()->dense(kLamp + 3, kLamp + 4), before(kLamp + 3, kLamp + 4));
 }
 
 /// The ground is known, so that light and albedo are both found from one even sky of another level.

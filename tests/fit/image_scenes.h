@@ -79,6 +79,16 @@ inline Scene glass_sphere(double ior, const std::vector<float>& stored) {
   return builder.build();
 }
 
+/// The same with an even image of more texels than are stepped together with scalars.
+inline Scene with_many_texels(Scene scene, float color) {
+  constexpr int kMany = 257;
+  FieldMap& map = scene.appearance.materials[0].maps[0];
+  map.texture = std::make_shared<Texture>(
+      "Wood", kMany, kMany, std::vector<Colorf>(kMany * kMany, Colorf(color)), std::vector<float>{},
+      map.texture->encoded(), Extension::kExtend, Interpolation::kLinear);
+  return scene;
+}
+
 inline UnknownParameter texels(double minimum = 0, double maximum = 1) {
   return {"Board", kBaseColorTexture, {}, minimum, maximum, 0.03};
 }

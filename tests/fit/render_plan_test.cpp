@@ -185,9 +185,21 @@ TEST(RenderPlan, OfAGridBesideScalarsIsWhatItRenders) {
   expect_within(course, 0.15);
 }
 
-// Blocks of texels and of scalars, and at a high roughness a comparison with a low one.
+// Texels together with scalars, then a refinement.
 TEST(RenderPlan, OfAnImageBesideScalarsIsWhatItRenders) {
-  const Scene scene = board({0.5f, 0.5f, 0.5f, 0.5f});
+  FitSettings settings = field_settings(40);
+  settings.spp = 8;
+  const Course course(board({0.5f, 0.5f, 0.5f, 0.5f}),
+                      taken_photos(board({0.2f, 0.4f, 0.6f, 0.8f}), 24), {roughness(), texels()},
+                      settings);
+  ASSERT_EQ(course.result.iterations, 40);
+  expect_equal(course, PhaseKind::kDescent);
+  expect_within(course, 0.15);
+}
+
+// Blocks of texels and of scalars, and at a high roughness a comparison with a low one.
+TEST(RenderPlan, OfManyTexelsBesideScalarsIsWhatItRenders) {
+  const Scene scene = with_many_texels(board({0.5f, 0.5f, 0.5f, 0.5f}), 0.5f);
   FitSettings settings = field_settings(40);
   settings.spp = 8;
   const Course course(scene, taken_photos(board({0.2f, 0.4f, 0.6f, 0.8f}), 24),
@@ -200,7 +212,7 @@ TEST(RenderPlan, OfAnImageBesideScalarsIsWhatItRenders) {
 TEST(RenderPlan, OfAnImageInGlassIsWhatItRenders) {
   FitSettings settings = field_settings(20);
   settings.spp = 16;
-  const Course course(glass_sphere(1.8, {0.5f, 0.5f, 0.5f, 0.5f}),
+  const Course course(with_many_texels(glass_sphere(1.8, {0.5f, 0.5f, 0.5f, 0.5f}), 0.5f),
                       taken_photos(glass_sphere(1.45, {0.9f, 0.6f, 0.7f, 0.8f}), 24),
                       {texels(), {"Board", "ior", {1.8}, 1.1, 2.5, 0.03}}, settings);
   ASSERT_EQ(course.result.iterations, 20);

@@ -164,6 +164,30 @@ TEST(TextureGradient, DoesNotDependOnTheNumberOfThreads) {
             0);
 }
 
+/// The texels that cells have met, added up, are the gradient of the same sum from the same samples.
+TEST(TextureGradient, TexelsOfCellsAddUpToTheGradient) {
+  const Scene scene = textured({"", {0.3f, 0.9f, 0.1f, 0.7f}, 0, 0.4});
+  const RenderSettings settings = settings_of(21, 4);
+  std::vector<float> weights(static_cast<std::size_t>(settings.width) * settings.height);
+  for (std::size_t p = 0; p < weights.size(); ++p) weights[p] = 0.1f + static_cast<float>(p % 7);
+  const FieldGradient gradient = gradient_of(scene, settings, [&](std::size_t pixel, const Film&) {
+    return PixelSlope{Colorf(weights[pixel]), {}};
+  });
+  for (const int cell : {1, 8}) {
+    const FieldJacobian found =
+        render_field_jacobian(scene, scene.cameras[0], {ImageRef{0}}, settings, weights, cell);
+    EXPECT_EQ(found.fields[0].cols(), 0) << "nothing is held for texels that are not met";
+    ASSERT_EQ(std::ssize(found.places[0]),
+              cells_along(settings.width, cell) * cells_along(settings.height, cell));
+    std::vector<double> sums(12);
+    for (const auto& row : found.places[0])
+      for (const auto& [texel, slope] : row)
+        for (int c = 0; c < 3; ++c) sums[3 * texel + static_cast<std::size_t>(c)] += slope[c];
+    for (std::size_t k = 0; k < sums.size(); ++k)
+      EXPECT_NEAR(sums[k], gradient.fields[0][k], 1e-4 * std::abs(gradient.fields[0][k])) << k;
+  }
+}
+
 TEST(TextureGradient, RefusesWhatHasNone) {
   const RenderSettings settings = settings_of(2, 1);
   const auto refused = [&](const Scene& scene, const std::vector<FieldRef>& unknown) {

@@ -151,10 +151,10 @@ def sure(fit: FitResult) -> bool:
 def words(unknown: Unknown, fit: FitResult, *, intervals: bool = True) -> list[str]:
     """What a user should know about one value; without a refinement, what is known of its kind.
     intervals: not where a table has them."""
-    lines = _fitted_with_an_image(unknown, fit)
     reported = fit.report.parameters.get(unknown.name)
     if reported is None:
-        return lines
+        return _fitted_with_an_image(unknown, fit)
+    lines: list[str] = []
     if any(reported.determined):
         ends = [
             f"{low:.3f} to {high:.3f}" if ok else "?"

@@ -47,16 +47,18 @@ void leave_out_unread(const Photo& photo, const Evaluation& how, Film& film) {
 
 /// Numbers of a field belong to channels in turns.
 void scale_fields(const Colorf& gain, const Photo& photo, const Fields& fields,
-                  std::vector<CellJacobian>& jacobians) {
+                  FieldJacobian& found) {
   if (gain == Colorf(1)) return;
-  for (std::size_t f = 0; f < jacobians.size(); ++f) {
+  for (std::size_t f = 0; f < found.fields.size(); ++f) {
     if (fields.channels(f) != 3)
       throw Refused("",
                     "Photo '" + photo.id + "' has a gain, and " + fields.names()[f] +
                         " one number for all channels",
                     "choose optimiser = 'adam'");
-    for (Eigen::Index k = 0; k < jacobians[f].cols(); ++k)
-      jacobians[f].col(k) *= gain[static_cast<int>(k % 3)];
+    for (Eigen::Index k = 0; k < found.fields[f].cols(); ++k)
+      found.fields[f].col(k) *= gain[static_cast<int>(k % 3)];
+    for (std::vector<PlaceSlope>& row : found.places[f])
+      for (PlaceSlope& one : row) one.slope *= gain;
   }
 }
 
@@ -326,7 +328,7 @@ FieldJacobian PhotoEvaluator::field_jacobian(const Point& point, const Photo& ph
   find_gain(photo, found.film);
   apply_gain(found_gain(photo), found.film);
   find_alignment(photo, found.film);
-  scale_fields(fixed * found_gain(photo), photo, fields, found.fields);
+  scale_fields(fixed * found_gain(photo), photo, fields, found);
   return found;
 }
 

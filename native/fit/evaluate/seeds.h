@@ -18,7 +18,8 @@ enum class Stream : std::uint64_t {
   kRoughnessProfile = 7,
   kRotationStart = 8,
   kAlignmentStart = 9,
-  kParts = 10
+  kParts = 10,
+  kTexels = 11
 };
 
 /// Hash of a seed and what its samples are for: neighbouring numbers share nothing.

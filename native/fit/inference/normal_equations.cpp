@@ -41,7 +41,7 @@ void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations&
   const GaussNewton::WeightedResidual* const informative =
       equations.informative ? &*equations.informative : nullptr;
   Eigen::MatrixXd noise_a(n, n), noise_b(n, n);
-  Vector term(n);
+  Vector term(n), error(n);
   Eigen::MatrixXd slopes(n, n);
   const bool neighbours_share = shares_pixels(photo);
   Eigen::MatrixXd terms = Eigen::MatrixXd::Zero(neighbours_share ? pixels : 0, n);
@@ -49,6 +49,7 @@ void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations&
   for (Eigen::Index i = 0; i < pixels; ++i) {
     if (weight[3 * i] == 0 && weight[3 * i + 1] == 0 && weight[3 * i + 2] == 0) continue;
     term.setZero();
+    error.setZero();
     slopes.setZero();
     // The photo's noise is in both.
     for (const GaussNewton::WeightedResidual* seen : {&equations.whole, informative}) {
@@ -64,7 +65,10 @@ void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations&
         slopes.noalias() += b * z.a.slopes.row(j).cast<double>();
         noise_b.noalias() += a * z.b.noise.row(j).cast<double>();
         noise_a.noalias() += b * z.a.noise.row(j).cast<double>();
-        term += (a + b) * static_cast<double>(halves.residual_a[j] + halves.residual_b[j]) / 2;
+        const Vector score =
+            (a + b) * static_cast<double>(halves.residual_a[j] + halves.residual_b[j]) / 2;
+        term += score;
+        error += equations.widening.size() > 0 ? Vector(equations.widening[j] * score) : score;
       }
       normal_variance += noise_a.cwiseAbs2() + noise_b.cwiseAbs2();
     }
@@ -72,9 +76,9 @@ void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations&
     normal += slopes;
     clusters.add(static_cast<std::size_t>(i), term, slopes);
     if (neighbours_share)
-      terms.row(i) = term.transpose();
+      terms.row(i) = error.transpose();
     else
-      score_covariance.noalias() += term * term.transpose();
+      score_covariance.noalias() += error * error.transpose();
   }
   if (neighbours_share) score_covariance += covariance_of_sum(photo, terms);
   const Halves& halves = equations.of_photo ? *equations.of_photo : equations.whole.residual;

@@ -32,14 +32,16 @@ FieldRefinement::FieldRefinement(const Problem& problem, const GaussNewton* opti
 }
 
 int FieldRefinement::pass_spp(int pass) const {
-  const int share = options_.shares[static_cast<std::size_t>(pass)];
+  const auto last = options_.shares.size() - 1;
+  const int share = options_.shares[std::min(static_cast<std::size_t>(pass), last)];
   return std::min(spp_, std::max(spp_ / share, options_.least_of_pass));
 }
 
 bool FieldRefinement::is_left_out(int k) const {
   return point_.is_roughness(k) &&
          (options_.roughness_known ||
-          point_.x[k] < ReparametrizationOptions{}.low_roughness + kRounding);
+          (!fields_.has_images() &&
+           point_.x[k] < ReparametrizationOptions{}.low_roughness + kRounding));
 }
 
 /// Differences are taken from both sides at once, as nothing else needs the picture between them, and
@@ -139,7 +141,8 @@ void FieldRefinement::end_pass() {
                  : 1;
   const bool near =
       point_.reach_of(now) <= options_.near && now.surprise <= options_.converged_sigmas * noise;
-  over_ = passes == std::ssize(options_.shares);
+  over_ = passes >= std::ssize(options_.shares) &&
+          (near || !fields_.has_images() || passes >= options_.most_passes_with_texels);
   if (over_ && near) {
     // Where this pass began is what the one before found: both count, by their samples.
     point_.equations.gradient *= 1 - 1 / (noise * noise);
@@ -160,7 +163,8 @@ double FieldRefinement::fraction() const {
   const double part =
       static_cast<double>(photo_) / 2.0 / static_cast<double>(point_.problem->photos.size());
   double done = pass_spp(point_.report.passes) * part, all = 0;
-  for (int pass = 0; pass < static_cast<int>(options_.shares.size()); ++pass) {
+  const int passes = std::max(static_cast<int>(options_.shares.size()), point_.report.passes + 1);
+  for (int pass = 0; pass < passes; ++pass) {
     all += pass_spp(pass);
     if (pass < point_.report.passes) done += pass_spp(pass);
   }

@@ -15,10 +15,13 @@ namespace selenite {
 /// Sources: docs/measurements/constants.md, "FieldRefinementOptions".
 struct FieldRefinementOptions {
   std::array<int, 3> shares{4, 2, 1};  ///< of the samples that the passes take
+  /// Passes at most where texels show in few pixels: the last is repeated until its step is small.
+  int most_passes_with_texels = 6;
   /// Of the samples of a refinement without fields that the last pass takes: the others are for the
   /// informative pixels.
   int share_of_samples = 5;
-  int least_of_pass = 32;  ///< samples: with fewer there is nothing to step by
+  int share_with_texels = 2;  ///< the same, where texels show in few pixels
+  int least_of_pass = 32;     ///< samples: with fewer there is nothing to step by
   double converged_sigmas = kCertainSigmas, near = kLinearShare;  ///< as of `RefinementOptions`
   /// Samples of the first pass's derivatives in units of its own, as they select the informative pixels,
   /// and the share that those of the others are.
@@ -33,8 +36,8 @@ struct FieldRefinementOptions {
 
 /// Three refinement passes where voxels are stepped together with scalars. Each has a second part: more
 /// samples of the informative pixels (`InformativePixels`), which the first pass's differences select. The
-/// fields move along with the scalars. A roughness that looks perfectly sharp is left as it is: how sharp
-/// shows in little else than in what voxels may be wrong about.
+/// fields move along with the scalars. Beside voxels a roughness that looks perfectly sharp is left as it is: how
+/// sharp shows in little else than in what these may be wrong about.
 class FieldRefinement {
  public:
   /// `problem` must outlive it. `optimiser`: whose instruments are taken; null: none.
@@ -52,6 +55,12 @@ class FieldRefinement {
   bool roughness_known() const { return options_.roughness_known; }
   const GaussNewton& gauss_newton() const { return point_.gauss_newton; }
   const FieldGaussNewton& fields() const { return fields_; }
+  FieldGaussNewton& fields() { return fields_; }
+  /// Whether a pass begins, and its samples in units of those of an iteration.
+  bool begins_pass() const { return !over_ && photo_ == 0; }
+  double pass_weight() const {
+    return static_cast<double>(pass_spp(point_.report.passes)) / iteration_spp_;
+  }
   void members(SavedState& state);
 
  private:

@@ -2,6 +2,7 @@
 #include "fit/phases/phases.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include "fit/evaluate/seeds.h"
@@ -19,9 +20,11 @@ SceneModel varied_scene(const FitRun& run) {
   return uniform ? scene_model(run.problem, *uniform) : scene_model(run.problem);
 }
 
-int field_pass_spp(const FitSettings& settings) {
+int field_pass_spp(const FitSettings& settings, const Strategy& strategy) {
+  constexpr FieldRefinementOptions kOptions;
   const int spp = settings.chosen_refinement_spp();
-  return settings.refinement_spp == 0 ? spp / FieldRefinementOptions{}.share_of_samples : spp;
+  if (settings.refinement_spp != 0) return spp;
+  return spp / (strategy.has_images ? kOptions.share_with_texels : kOptions.share_of_samples);
 }
 
 /// The best values with every roughness at least where it looks perfectly sharp: nothing separates a sharper
@@ -180,10 +183,33 @@ FieldRefinementPhase::FieldRefinementPhase(FitRun& run, FieldGaussNewton fields,
     : refinement_(run.problem.scalars(), optimiser, start_of_field_refinement(run),
                   at_best_fields(run, std::move(fields)),
                   stream_seed(run.problem.settings().seed, Stream::kRefinement, roughness_known, 0),
-                  field_pass_spp(run.problem.settings()), run.problem.settings().spp,
+                  field_pass_spp(run.problem.settings(), run.strategy), run.problem.settings().spp,
                   {.roughness_known = roughness_known}) {}
 
+/// A texel shows in few pixels: its derivatives are of the values of the pass, and of more samples than those
+/// of the descent.
+void FieldRefinementPhase::gather_texels(FitRun& run) {
+  FieldGaussNewton& fields = refinement_.fields();
+  const FitSettings& settings = run.problem.settings();
+  const double weight = refinement_.pass_weight();
+  const int spp = std::max(1, static_cast<int>(std::lround(weight * settings.spp)));
+  const std::uint64_t seed = stream_seed(settings.seed, Stream::kTexels,
+                                         refinement_.report().passes, static_cast<int>(gathered_));
+  const FieldJacobian found = run.evaluator.field_jacobian(
+      refinement_.point(), run.problem.photos()[gathered_], run.problem.fields(),
+      fields.shares(gathered_), fields.cell(), {spp, seed});
+  fields.gather(gathered_, found, weight);
+}
+
 bool FieldRefinementPhase::step(FitRun& run) {
+  if (refinement_.fields().has_images() && refinement_.begins_pass()) {
+    if (gathered_ < run.problem.photos().size()) {
+      gather_texels(run);
+      ++gathered_;
+      return !run.stop_if_dropped();
+    }
+    gathered_ = 0;
+  }
   const bool more = refinement_.step(run.evaluator);
   run.point.fields = refinement_.point().fields;
   run.result.fields_last = std::make_shared<FieldValues>(run.point.fields);
@@ -263,7 +289,7 @@ void RefinementPhase::plan(RenderPlan& plan) {
 /// A roughness looks sharp there, mostly, and is left out.
 void FieldRefinementPhase::plan(RenderPlan& plan) {
   constexpr FieldRefinementOptions kOptions;
-  const int spp = field_pass_spp(plan.problem.settings());
+  const int spp = field_pass_spp(plan.problem.settings(), plan.strategy);
   const RenderPlan::Renders both =
       plan.renders_of(Purpose::kInstrumental, differences_of_field_refinement(false));
   const double informative = plan.pixels * kExpected.informative_pixels / kInformativePixels.one_of;
@@ -281,6 +307,8 @@ void FieldRefinementPhase::plan(RenderPlan& plan) {
              closer / (kOptions.informative_derivative_share * kJacobianPortions),
              kJacobianPortions, both);
     pilot = false;
+    if (plan.strategy.has_images)
+      plan.add(PhaseKind::kRefinement, plan.pixels, of_pass, 1, Carried::kFieldDerivatives);
   }
   plan.validate(PhaseKind::kRefinement, 1);
 }

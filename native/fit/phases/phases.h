@@ -67,10 +67,14 @@ class FieldRefinementPhase final : public Phase {
   PhaseKind kind() const override { return PhaseKind::kRefinement; }
   bool step(FitRun& run) override;
   double fraction() const override { return refinement_.fraction(); }
-  void members(SavedState& state) override { state(refinement_); }
+  void members(SavedState& state) override { state(refinement_, gathered_); }
 
  private:
+  /// The derivatives of the next photo by texels, as a pass begins with them.
+  void gather_texels(FitRun& run);
+
   FieldRefinement refinement_;
+  std::size_t gathered_ = 0;  ///< photos of this pass whose derivatives by texels are known
 };
 
 class ComparisonPhase final : public Phase {

@@ -243,6 +243,11 @@ void Fields::add(const Scene& scene, const UnknownParameter& one) {
   start_.push_back(std::move(numbers.values));
 }
 
+bool Fields::acts_by_channel(std::size_t field) const {
+  const auto* const image = std::get_if<ImageRef>(&refs_[field]);
+  return image && shader_constant(image->field) < 0 && channels(field) == 3;
+}
+
 std::vector<FieldRef> Fields::carried() const {
   std::vector<FieldRef> carried;
   for (const FittedFieldRef& one : refs_)

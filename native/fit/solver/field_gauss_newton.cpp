@@ -8,6 +8,7 @@
 #include "fit/objective/pixel_blocks.h"
 #include "fit/problem/pixel_weights.h"
 #include "fit/problem/saved_state.h"
+#include "math/rng.h"
 #include "math/scalar.h"
 
 namespace selenite {
@@ -24,21 +25,28 @@ Eigen::VectorXd joined(const FieldValues& values) {
   return all;
 }
 
-/// Every third column, or number: those of a channel.
-Eigen::MatrixXf of_channel(const CellJacobian& columns, int channel) {
-  return columns(Eigen::all, Eigen::seq(channel, Eigen::last, Eigen::fix<3>));
-}
-
+/// Every third number: those of a channel.
 Eigen::VectorXd of_channel(const Eigen::VectorXd& all, int channel) {
   return all(Eigen::seq(channel, Eigen::last, Eigen::fix<3>));
 }
 
-/// J^T J, whole.
-Eigen::MatrixXd gram(const Eigen::MatrixXf& jacobian) {
-  Eigen::MatrixXf sum = Eigen::MatrixXf::Zero(jacobian.cols(), jacobian.cols());
-  sum.selfadjointView<Eigen::Lower>().rankUpdate(jacobian.transpose());
-  sum.triangularView<Eigen::StrictlyUpper>() = sum.transpose();
-  return sum.cast<double>();
+/// Texels of all images in squares, so many along each side of an image.
+std::shared_ptr<const CellMatrix::Groups> groups_of(const Fields& fields, int along) {
+  auto groups = std::make_shared<CellMatrix::Groups>();
+  for (std::size_t f = 0; f < fields.refs().size(); ++f) {
+    const Texture& image = *fields.image(f);
+    const auto first = static_cast<int>(groups->share.size());
+    groups->share.resize(groups->share.size() + static_cast<std::size_t>(along * along));
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0; x < image.width(); ++x) {
+        const int group = first + y * along / image.height() * along + x * along / image.width();
+        groups->of.push_back(group);
+        ++groups->share[static_cast<std::size_t>(group)];
+      }
+  }
+  for (float& one : groups->share)
+    if (one > 0) one = 1 / one;
+  return groups;
 }
 
 /// Which cells of a photo have a pixel that counts, row by row.
@@ -71,22 +79,31 @@ std::unique_ptr<FieldGaussNewton> FieldGaussNewton::of(const Fields& fields,
 
 int FieldGaussNewton::cell_size(const Fields& fields, const std::vector<Photo>& photos,
                                 const FieldGaussNewtonOptions& options) {
-  std::ptrdiff_t numbers = 0;
+  std::ptrdiff_t numbers = 0, images = 0;
   bool environment = false;
   for (std::size_t f = 0; f < fields.refs().size(); ++f) {
     const auto* grid = std::get_if<GridRef>(&fields.refs()[f]);
+    const bool image = fields.image(f) && fields.acts_by_channel(f);
     environment = environment || fields.is_environment(f);
-    if (!fields.is_environment(f) &&
+    if (!fields.is_environment(f) && !image &&
         (!grid || grid->kind != GridKind::kAlbedo || fields.channels(f) != 3))
       return 0;
+    images += image;
     numbers += fields.start()[f].size();
   }
-  if (numbers == 0 || numbers > options.most_numbers) return 0;
+  if (images > 0 && images < std::ssize(fields.refs())) return 0;
+  if (numbers == 0 || numbers > (images > 0 ? 3 * options.most_texels : options.most_numbers))
+    return 0;
   const auto cells = [&](int cell) {
     std::ptrdiff_t sum = 0;
     for (const Photo& photo : photos) sum += std::ranges::count(counted_cells(photo, cell), 1);
     return sum;
   };
+  if (images > 0) {
+    for (int cell = 1; cell <= options.large_cell; cell *= 2)
+      if (cells(cell) <= options.most_image_cells) return cell;
+    return 0;
+  }
   int finest = options.cell;
   if (environment) finest = options.environment_cell;
   while (!environment && finest > options.finest_cell && 3 * cells(finest) < numbers) finest /= 2;
@@ -100,6 +117,7 @@ int FieldGaussNewton::cell_size(const Fields& fields, const std::vector<Photo>& 
 FieldGaussNewton::FieldGaussNewton(const Fields& fields, const std::vector<Photo>& photos,
                                    const FieldGaussNewtonOptions& options)
     : options_(options), cell_(cell_size(fields, photos, options)), prior_(fields, options.prior) {
+  if (fields.image(0)) groups_ = groups_of(fields, options.groups);
   FieldValues low = fields.start(), high = low;
   for (std::size_t f = 0; f < low.size(); ++f) {
     low[f].setConstant(fields.wanted()[f].minimum);
@@ -124,14 +142,18 @@ FieldGaussNewton::FieldGaussNewton(const Fields& fields, const std::vector<Photo
     for (std::size_t p = 0; p < photo.size(); ++p)
       if (view.share[p] > 0) view.share[p] /= sums[row_of(view, p)];
     const Eigen::Index cells = sums.size();
-    view.jacobian = CellJacobian::Zero(cells, minimum_.size());
+    view.jacobian = CellJacobian::Zero(cells, has_images() ? 0 : minimum_.size());
+    if (has_images()) {
+      view.near.resize(static_cast<std::size_t>(cells));
+      view.far = Eigen::MatrixXf::Zero(cells, 3 * std::ssize(groups_->share));
+    }
     view.residual = view.variance = view.weight = Eigen::MatrixXf::Zero(cells, 3);
     views_.push_back(std::move(view));
   }
 }
 
 void FieldGaussNewton::View::members(SavedState& state) {
-  state(jacobian, gathered, residual, variance, weight, seen, slopes);
+  state(jacobian, near, far, gathered, residual, variance, weight, seen, slopes);
 }
 
 void FieldGaussNewton::members(SavedState& state) {
@@ -182,67 +204,164 @@ void FieldGaussNewton::add_residual(std::size_t i, const Halves& seen,
   view.weight = (of_channels(2).array() > 0).select(of_channels(2).cwiseInverse(), 0.f);
 }
 
-void FieldGaussNewton::gather(std::size_t i, const FieldJacobian& derivatives) {
+void FieldGaussNewton::gather(std::size_t i, const FieldJacobian& derivatives, double weight) {
   View& view = views_[i];
   const double kept = options_.jacobian_kept * view.gathered;
-  const auto fresh = static_cast<float>(1 / (kept + 1));
+  const auto fresh = static_cast<float>(weight / (kept + weight));
   Eigen::Index at = 0;
   for (const CellJacobian& one : derivatives.fields) {
     auto block = view.jacobian.middleCols(at, one.cols());
     block += fresh * (one(view.cells, Eigen::all) - block);
     at += one.cols();
   }
-  view.gathered = kept + 1;
+  if (has_images()) gather_places(view, derivatives.places, fresh);
+  view.gathered = kept + weight;
+}
+
+void FieldGaussNewton::gather_places(View& view, const std::vector<PlaceSlopes>& places,
+                                     float fresh) const {
+  view.far *= 1 - fresh;
+  std::vector<int> found(groups_->of.size(), -1);  // of each texel, its entry
+  for (std::size_t row = 0; row < view.cells.size(); ++row) {
+    std::vector<PlaceSlope>& near = view.near[row];
+    for (PlaceSlope& one : near) {
+      one.slope *= Colorf(1 - fresh);
+      found[one.place] = static_cast<int>(&one - near.data());
+    }
+    std::uint32_t first = 0;
+    for (std::size_t f = 0; f < places.size(); ++f) {
+      for (const auto& [place, slope] : places[f][static_cast<std::size_t>(view.cells[row])]) {
+        int& at = found[first + place];
+        if (at < 0) {
+          at = static_cast<int>(near.size());
+          near.push_back({first + place, {}});
+        }
+        near[static_cast<std::size_t>(at)].slope += Colorf(fresh) * slope;
+      }
+      first += static_cast<std::uint32_t>(values_[f].size() / 3);
+    }
+    const auto size = [](const PlaceSlope& one) {
+      return std::abs(one.slope.r) + std::abs(one.slope.g) + std::abs(one.slope.b);
+    };
+    float largest = 0;
+    for (const PlaceSlope& one : near) {
+      found[one.place] = -1;
+      largest = std::max(largest, size(one));
+    }
+    std::erase_if(near, [&](const PlaceSlope& one) {
+      if (size(one) >= options_.least_share * largest) return false;
+      for (int c = 0; c < 3; ++c)
+        view.far(static_cast<Eigen::Index>(row), 3 * groups_->of[one.place] + c) += one.slope[c];
+      return true;
+    });
+    std::ranges::sort(near, {}, &PlaceSlope::place);
+  }
+}
+
+CellMatrix FieldGaussNewton::of_channel(const View& view, int channel) const {
+  const auto mine = Eigen::seq(channel, Eigen::last, Eigen::fix<3>);
+  if (!has_images()) return CellMatrix(view.jacobian(Eigen::all, mine));
+  CellMatrix::Sparse near(view.far.rows(), static_cast<Eigen::Index>(groups_->of.size()));
+  Eigen::Index count = 0;
+  for (const auto& row : view.near) count += std::ssize(row);
+  near.reserve(count);
+  for (std::size_t row = 0; row < view.near.size(); ++row) {
+    near.startVec(static_cast<Eigen::Index>(row));
+    for (const auto& [place, slope] : view.near[row])
+      near.insertBack(static_cast<Eigen::Index>(row), place) = slope[channel];
+  }
+  near.finalize();
+  return {std::move(near), view.far(Eigen::all, mine), groups_};
+}
+
+Eigen::MatrixXf FieldGaussNewton::signs(Eigen::Index rows) const {
+  Eigen::MatrixXf all(rows, options_.probes);
+  for (Eigen::Index k = 0; k < all.cols(); ++k)
+    for (Eigen::Index i = 0; i < rows; ++i)
+      all(i, k) = (mix64(static_cast<std::uint64_t>(k * rows + i)) & 1) != 0 ? 1.f : -1.f;
+  return all;
+}
+
+/// The diagonal of the matrix that maps residuals to what texels explain, by random signs.
+/// Source: Hutchinson 1990, Communications in Statistics 19.
+Eigen::VectorXf FieldGaussNewton::leverage(const CellMatrix& jacobian,
+                                           const NormalMatrix& normal) const {
+  const Eigen::MatrixXf sides = signs(jacobian.rows());
+  const Eigen::MatrixXd seen = jacobian.transposed_times(sides).cast<double>();
+  const Eigen::MatrixXf explained = jacobian.times(normal.solve(seen).cast<float>());
+  return sides.cwiseProduct(explained).rowwise().mean();
+}
+
+/// The trace of that matrix counts the degrees of freedom that texels take from the residuals.
+double FieldGaussNewton::remaining_variance(const CellMatrix& jacobian, const NormalMatrix& normal,
+                                            const Eigen::VectorXf& residual) const {
+  const Eigen::MatrixXd seen = jacobian.transposed_times(residual).cast<double>();
+  const Eigen::VectorXf explained = jacobian.times(normal.solve(seen).cast<float>());
+  const double left = static_cast<double>((residual.array() != 0).count()) -
+                      leverage(jacobian, normal).cast<double>().sum();
+  return (residual - explained).cast<double>().squaredNorm() / std::max(left, 1.0);
 }
 
 void FieldGaussNewton::solve(double done) {
   const Eigen::VectorXd values = joined(values_);
-  Eigen::Index rows = 0;
-  for (const View& view : views_) rows += view.jacobian.rows();
+  std::array<Eigen::VectorXf, 3> residuals;
   Eigen::VectorXd known = Eigen::VectorXd::Zero(values.size() / 3);
   for (int c = 0; c < 3; ++c) {
     Channel& channel = channels_[static_cast<std::size_t>(c)];
-    channel.jacobian.resize(rows, values.size() / 3);
-    Eigen::VectorXf residual(rows);
+    std::vector<CellMatrix> parts;
+    std::vector<Eigen::VectorXf> rows;
     double noise = 0;
-    Eigen::Index at = 0;
     for (const View& view : views_) {
-      const Eigen::Index cells = view.jacobian.rows();
       const Eigen::VectorXf root = view.weight.col(c).cwiseSqrt();
-      auto jacobian = channel.jacobian.middleRows(at, cells);
-      jacobian = root.asDiagonal() * of_channel(view.jacobian, c);
-      residual.segment(at, cells) = root.cwiseProduct(view.residual.col(c));
-      noise += (jacobian.rowwise().squaredNorm().array() * view.weight.col(c).array() *
+      parts.push_back(of_channel(view, c).scaled(root));
+      rows.push_back(root.cwiseProduct(view.residual.col(c)));
+      noise += (parts.back().squared_rows().array() * view.weight.col(c).array() *
                 view.variance.col(c).array())
                    .sum() /
                std::max(view.seen, 1.0);
-      at += cells;
     }
-    channel.matrix = gram(channel.jacobian);
-    channel.descent = -(channel.jacobian.transpose() * residual).cast<double>();
-    const double all = channel.matrix.trace();
+    channel.jacobian = std::make_shared<const CellMatrix>(CellMatrix::stacked(parts));
+    Eigen::VectorXf& residual = residuals[static_cast<std::size_t>(c)];
+    residual.resize(channel.jacobian->rows());
+    Eigen::Index at = 0;
+    for (const Eigen::VectorXf& one : rows) {
+      residual.segment(at, one.size()) = one;
+      at += one.size();
+    }
+    channel.normal = NormalMatrix(channel.jacobian);
+    channel.descent = -channel.jacobian->transposed_times(residual).cast<double>();
+    const double all = channel.normal.trace();
     channel.variance = all > 0 ? noise / all : 0;
     // What no light explains is not noise: a residual that stays counts as well.
     if (all > 0 && has_environment())
       channel.variance =
-          std::max(channel.variance, variance_of_blocks(channel.jacobian, residual) / all);
-    if (channel.variance > 0) known += channel.matrix.diagonal() / (3 * channel.variance);
+          std::max(channel.variance, variance_of_blocks(channel.jacobian->dense(), residual) / all);
+    if (channel.variance > 0) known += channel.normal.diagonal() / (3 * channel.variance);
   }
   prior_.adapt(values, known);
   for (int c = 0; c < 3; ++c) {
     Channel& channel = channels_[static_cast<std::size_t>(c)];
-    const double all = channel.matrix.trace();
+    const double all = channel.normal.trace();
     const double damping =
-        all > 0 ? channel.matrix.diagonal().squaredNorm() / all *
+        all > 0 ? channel.normal.diagonal().squaredNorm() / all *
                       (has_environment() ? options_.environment_damping
                                          : std::exp(std::log(options_.first_damping) * (1 - done) +
                                                     std::log(options_.last_damping) * done))
                 : 1;
-    channel.matrix += channel.variance * prior_.precision();
-    channel.matrix.diagonal().array() += damping;
-    channel.normal.compute(channel.matrix);
-    channel.descent -= channel.variance * (prior_.precision() *
-                                           (of_channel(values, c) - of_channel(prior_.mean(), c)));
+    if (has_images() && all > 0) {
+      const double noise = channel.variance;
+      for (int round = 0; round < options_.variance_rounds; ++round) {
+        NormalMatrix normal = channel.normal;
+        normal.add(channel.variance, prior_.precision(), damping);
+        channel.variance = std::max(
+            noise,
+            remaining_variance(*channel.jacobian, normal, residuals[static_cast<std::size_t>(c)]));
+      }
+    }
+    channel.normal.add(channel.variance, prior_.precision(), damping);
+    channel.descent -=
+        channel.variance * prior_.precision()->times(selenite::of_channel(values, c) -
+                                                     selenite::of_channel(prior_.mean(), c));
   }
 }
 
@@ -288,47 +407,58 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
     sums_b.push_back(sums(&InstrumentalVariables::Set::b));
   }
   for (int c = 0; c < 3; ++c) {
-    const Eigen::MatrixXf& solved = channels_[static_cast<std::size_t>(c)].jacobian;
-    Eigen::MatrixXf jacobian(solved.rows(), solved.cols());
-    Eigen::Index at = 0;
-    for (std::size_t i = 0; i < z.size(); ++i) {
-      const Eigen::Index cells = views_[i].jacobian.rows();
-      jacobian.middleRows(at, cells) =
-          weights[i].col(c).cwiseSqrt().asDiagonal() * of_channel(views_[i].jacobian, c);
-      at += cells;
-    }
-    Eigen::MatrixXd normal = gram(jacobian);
-    const double strength = solved.squaredNorm();
-    const double variance =
-        strength > 0 ? channels_[static_cast<std::size_t>(c)].variance * (normal.trace() / strength)
-                     : 1;
-    normal += variance * prior_.precision();
-    const Eigen::LLT<Eigen::MatrixXd> solver(normal);
+    const Channel& channel = channels_[static_cast<std::size_t>(c)];
+    std::vector<CellMatrix> parts;
+    for (std::size_t i = 0; i < z.size(); ++i)
+      parts.push_back(of_channel(views_[i], c).scaled(weights[i].col(c).cwiseSqrt()));
+    const auto jacobian = std::make_shared<const CellMatrix>(CellMatrix::stacked(parts));
+    NormalMatrix solver(jacobian);
+    const double strength = channel.jacobian->squared_columns().sum();
+    const double variance = strength > 0 ? channel.variance * (solver.trace() / strength) : 1;
+    solver.add(variance, prior_.precision(), 0);
+    if (z.front().widening) widen(*jacobian, solver, c, z);
     const Eigen::MatrixXd like =
         (eliminate_from_half(z, &InstrumentalVariables::Set::a, c, sums_a, solver) +
          eliminate_from_half(z, &InstrumentalVariables::Set::b, c, sums_b, solver)) /
         2;
     // The equations still move by variance * precision * like where a voxel is off by 1, and the
     // covariance of the voxels is variance / normal.
-    const Eigen::MatrixXd moves = variance * (prior_.precision() * like);
+    const Eigen::MatrixXd moves = variance * prior_.precision()->times(like);
     remaining += variance * (moves.transpose() * solver.solve(moves));
   }
   return remaining;
 }
 
+void FieldGaussNewton::widen(const CellMatrix& jacobian, const NormalMatrix& normal, int c,
+                             const std::vector<Regressors>& z) const {
+  const Eigen::ArrayXf factors =
+      (1 -
+       leverage(jacobian, normal).array().min(static_cast<float>(options_.most_leverage)).max(0))
+          .rsqrt();
+  Eigen::Index first = 0;
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    const View& view = views_[i];
+    Eigen::VectorXf& widening = *z[i].widening;
+    if (c == 0) widening = Eigen::VectorXf::Ones(3 * std::ssize(view.share));
+    for (std::size_t p = 0; p < view.share.size(); ++p)
+      if (const Eigen::Index row = row_of(view, p); row >= 0)
+        widening[static_cast<Eigen::Index>(3 * p) + c] = factors[first + row];
+    first += view.weight.rows();
+  }
+}
+
 Eigen::MatrixXd FieldGaussNewton::eliminate_from_half(
     const std::vector<Regressors>& z, InstrumentalVariables::Half InstrumentalVariables::Set::*half,
-    int c, const std::vector<Eigen::MatrixXf>& sums,
-    const Eigen::LLT<Eigen::MatrixXd>& solver) const {
-  Eigen::MatrixXf seen = Eigen::MatrixXf::Zero(solver.cols(), sums.front().cols());
+    int c, const std::vector<Eigen::MatrixXf>& sums, const NormalMatrix& solver) const {
+  Eigen::MatrixXf seen = Eigen::MatrixXf::Zero(minimum_.size() / 3, sums.front().cols());
   for (std::size_t i = 0; i < z.size(); ++i) {
     const Eigen::Index cells = views_[i].jacobian.rows();
-    seen += of_channel(views_[i].jacobian, c).transpose() * sums[i].middleRows(c * cells, cells);
+    seen += of_channel(views_[i], c).transposed_times(sums[i].middleRows(c * cells, cells));
   }
   Eigen::MatrixXd like = solver.solve(seen.cast<double>());
   for (std::size_t i = 0; i < z.size(); ++i) {
     const View& view = views_[i];
-    const Eigen::MatrixXf explained = of_channel(view.jacobian, c) * like.cast<float>();
+    const Eigen::MatrixXf explained = of_channel(view, c).times(like.cast<float>());
     Jacobian& instruments = (z[i].whole->*half).filtered;
     for (std::size_t p = 0; p < view.share.size(); ++p)
       if (const Eigen::Index row = row_of(view, p); row >= 0)
@@ -353,8 +483,8 @@ Eigen::VectorXd FieldGaussNewton::bounded_step(const Channel& channel, const Eig
     if (free.empty()) break;
     Eigen::VectorXd pinned = step;
     for (const Eigen::Index i : free) pinned[i] = 0;
-    const Eigen::VectorXd rest = right - channel.matrix * pinned;
-    const Eigen::MatrixXd inner = channel.matrix(free, free);
+    const Eigen::VectorXd rest = right - channel.normal.dense() * pinned;
+    const Eigen::MatrixXd inner = channel.normal.dense()(free, free);
     const Eigen::VectorXd solved = inner.llt().solve(rest(free));
     for (std::size_t k = 0; k < free.size(); ++k)
       step[free[k]] = solved[static_cast<Eigen::Index>(k)];
@@ -368,7 +498,7 @@ void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
   for (int c = 0; c < 3; ++c) {
     const Channel& one = channels_[static_cast<std::size_t>(c)];
     const auto mine = Eigen::seq(c, Eigen::last, Eigen::fix<3>);
-    Eigen::VectorXf shift = Eigen::VectorXf::Zero(one.jacobian.rows());
+    Eigen::VectorXf shift = Eigen::VectorXf::Zero(one.jacobian->rows());
     Eigen::Index at = 0;
     for (const View& view : views_) {
       const Eigen::Index cells = view.jacobian.rows();
@@ -380,8 +510,8 @@ void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
     const Eigen::VectorXd here = before(mine);
     const Eigen::VectorXd low = (minimum_(mine) - here).cwiseMax(-longest(mine));
     const Eigen::VectorXd high = (maximum_(mine) - here).cwiseMin(longest(mine));
-    step(mine) = bounded_step(one, one.descent - (one.jacobian.transpose() * shift).cast<double>(),
-                              low, high);
+    step(mine) = bounded_step(
+        one, one.descent - one.jacobian->transposed_times(shift).cast<double>(), low, high);
   }
   Eigen::Index at = 0;
   for (Vector& values : values_) {
@@ -391,7 +521,8 @@ void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
   for (View& view : views_)
     for (int c = 0; c < 3; ++c) {
       const Eigen::Index cells = view.jacobian.rows();
-      view.residual.col(c) += of_channel(view.jacobian, c) * of_channel(step, c).cast<float>();
+      view.residual.col(c) +=
+          of_channel(view, c).times(selenite::of_channel(step, c).cast<float>());
       if (view.slopes.size() > 0)
         view.residual.col(c) += view.slopes.middleRows(c * cells, cells) * du.cast<float>();
     }

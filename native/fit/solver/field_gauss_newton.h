@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
@@ -10,6 +9,7 @@
 
 #include "fit/photo/photo.h"
 #include "fit/problem/fields.h"
+#include "fit/solver/cell_matrix.h"
 #include "fit/solver/field_prior.h"
 #include "fit/solver/instrumental_variables.h"
 #include "render/driver/field_gradient.h"
@@ -28,6 +28,16 @@ struct FieldGaussNewtonOptions {
   int environment_cell = 2;
   double most_fine_entries = 1 << 23;      ///< of cells below `cell`
   std::ptrdiff_t most_numbers = 3 * 2048;  ///< of the fields: their normal matrices are dense
+  /// Of images: texels, as they are solved for all at once, and cells.
+  std::ptrdiff_t most_texels = 1 << 16, most_image_cells = 1 << 17;
+  /// Of a cell's largest derivative by a texel: smaller ones join those of their group of texels, of
+  /// which there are so many along each side of an image.
+  float least_share = 0.1f;
+  int groups = 4;
+  int variance_rounds =
+      2;           ///< of the variance of residuals, which depends on the prior's part in them
+  int probes = 8;  ///< random vectors that measure how many residuals texels take up
+  double most_leverage = 0.9;  ///< share of a residual that texels may take up
   double jacobian_kept =
       0.9;  ///< share of a Jacobian that each iteration keeps: it changes with voxels
   FieldPriorOptions prior{};
@@ -38,8 +48,8 @@ struct FieldGaussNewtonOptions {
   int active_set_rounds = 8;
 };
 
-/// Gauss-Newton for the voxels of albedo grids and the world's image, for `JointGaussNewton`. A voxel
-/// stands for either in what follows.
+/// Gauss-Newton for the voxels of albedo grids, images of colours and the world's image, for
+/// `JointGaussNewton`. A voxel stands for each of them in what follows.
 ///
 /// Scattered light is smooth: means over cells of pixels hold nearly all that photos know of voxels. So
 /// the Jacobian of the cells by all voxels is small enough to be kept. It is gathered over iterations, as
@@ -68,6 +78,7 @@ class FieldGaussNewton {
 
   int cell() const { return cell_; }  ///< pixels along a side of it
   bool has_environment() const { return prior_.has_environment(); }
+  bool has_images() const { return groups_ != nullptr; }
   /// Of each pixel of photo i in its cell.
   const std::vector<float>& shares(std::size_t i) const { return views_[i].share; }
 
@@ -76,8 +87,8 @@ class FieldGaussNewton {
   /// Adds the residuals of photo i at the current values; of those before, the share `keep` stays.
   /// `weight` of the residuals, 3 numbers a pixel.
   void add_residual(std::size_t i, const Halves& seen, const Eigen::VectorXf& weight, double keep);
-  /// Derivatives join the sums.
-  void gather(std::size_t i, const FieldJacobian& derivatives);
+  /// Derivatives join the sums; `weight`: their samples in units of those of an iteration.
+  void gather(std::size_t i, const FieldJacobian& derivatives, double weight = 1);
 
   /// Makes the normal equations; `done`: share of the iterations, as damping falls.
   void solve(double done);
@@ -87,6 +98,8 @@ class FieldGaussNewton {
     const Eigen::VectorXf* weight;                            ///< of the residuals
     const InstrumentalVariables::Set* informative = nullptr;  ///< those of some pixels; null: none
     const Eigen::VectorXf* informative_weight = nullptr;
+    /// Takes, for images, by how much errors exceed residuals: texels take up a part of these; null: nobody.
+    Eigen::VectorXf* widening = nullptr;
   };
   /// Takes from the instruments of all whole photos what the voxels explain of these and of the
   /// informative ones, by the last `solve`: their equations together then depend on no voxel. Keeps the
@@ -114,6 +127,8 @@ class FieldGaussNewton {
     std::vector<Eigen::Index> cells;  ///< those with a pixel that counts: the rows of what follows
     std::vector<Eigen::Index> rows;   ///< of each cell, -1: it does not count
     CellJacobian jacobian;            ///< mean over iterations, all numbers of all fields
+    PlaceSlopes near{};               ///< of images in its place: the largest of each cell
+    Eigen::MatrixXf far{};            ///< and the rest, three columns a group
     double gathered = 0;              ///< iterations in it
     Eigen::MatrixXf residual, variance, weight;  ///< of the cells, a column a channel
     double seen = 0;                             ///< iterations in `residual`
@@ -121,9 +136,9 @@ class FieldGaussNewton {
     void members(SavedState& state);
   };
   struct Channel {
-    Eigen::MatrixXf jacobian;  ///< times the roots of the weights, of all photos
-    Eigen::LLT<Eigen::MatrixXd> normal;
-    Eigen::MatrixXd matrix;   ///< `normal` before it is decomposed
+    /// Times the roots of the weights, of all photos.
+    std::shared_ptr<const CellMatrix> jacobian = std::make_shared<const CellMatrix>();
+    NormalMatrix normal;
     double variance = 0;      ///< of a residual of weight 1, by which the prior's precision counts
     Eigen::VectorXd descent;  ///< right side of the equations of the voxels at fixed scalars
   };
@@ -135,7 +150,21 @@ class FieldGaussNewton {
   Eigen::MatrixXd eliminate_from_half(const std::vector<Regressors>& z,
                                       InstrumentalVariables::Half InstrumentalVariables::Set::*half,
                                       int c, const std::vector<Eigen::MatrixXf>& sums,
-                                      const Eigen::LLT<Eigen::MatrixXd>& solver) const;
+                                      const NormalMatrix& solver) const;
+  /// Of the residuals of channel c; see `Regressors::widening`.
+  void widen(const CellMatrix& jacobian, const NormalMatrix& normal, int c,
+             const std::vector<Regressors>& z) const;
+  /// The columns of a channel.
+  CellMatrix of_channel(const View& view, int channel) const;
+  void gather_places(View& view, const std::vector<PlaceSlopes>& places, float fresh) const;
+  /// Random ones, a column a probe.
+  Eigen::MatrixXf signs(Eigen::Index rows) const;
+  /// Of each row, the share of its residual that texels take up.
+  Eigen::VectorXf leverage(const CellMatrix& jacobian, const NormalMatrix& normal) const;
+  /// Variance of a residual of weight 1 by what remains beside texels that follow the photos: what several
+  /// photos of a texel agree on is none.
+  double remaining_variance(const CellMatrix& jacobian, const NormalMatrix& normal,
+                            const Eigen::VectorXf& residual) const;
   /// Of J^T r for residuals of weight 1, times ||J||^2: the trace of its covariance.
   double variance_of_blocks(const Eigen::MatrixXf& jacobian, const Eigen::VectorXf& residual) const;
   /// The row of a pixel's cell, -1: it has none.
@@ -151,6 +180,7 @@ class FieldGaussNewton {
   FieldPrior prior_;
   std::vector<View> views_;
   std::array<Channel, 3> channels_;
+  std::shared_ptr<const CellMatrix::Groups> groups_;  ///< of texels; null: no image is unknown
 };
 
 }  // namespace selenite

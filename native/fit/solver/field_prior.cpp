@@ -69,6 +69,7 @@ FieldPrior::FieldPrior(const Fields& fields, const FieldPriorOptions& options)
   for (std::size_t f = 0; f < start_.size(); ++f) {
     shapes_.push_back(fields.shape(f));
     is_environment_.push_back(fields.is_environment(f));
+    images_.push_back(fields.shared_image(f));
   }
 }
 
@@ -112,13 +113,56 @@ void FieldPrior::set_levels() {
   set_precision();
 }
 
-void FieldPrior::set_precision() {
+/// The mean of each image is free.
+Precision FieldPrior::of_images() const {
   const Eigen::Index all = scale_.size();
-  precision_ = Eigen::MatrixXd::Zero(all, all);
+  Precision found;
+  found.level = Eigen::MatrixXd::Zero(all, static_cast<Eigen::Index>(images_.size()));
+  std::vector<Eigen::Triplet<double>> entries;
+  const auto join = [&](Eigen::Index a, Eigen::Index b) {
+    if (a == b) return;
+    const double weight = 1 / square(options_.image_difference);
+    entries.emplace_back(a, a, weight);
+    entries.emplace_back(b, b, weight);
+    entries.emplace_back(a, b, -weight);
+    entries.emplace_back(b, a, -weight);
+  };
+  Eigen::Index at = 0;
+  for (std::size_t f = 0; f < images_.size(); ++f) {
+    const int width = images_[f]->width(), height = images_[f]->height();
+    const bool repeats = images_[f]->extension() == Extension::kRepeat;
+    const Eigen::Index count = static_cast<Eigen::Index>(width) * height;
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const Eigen::Index row = at + static_cast<Eigen::Index>(y) * width;
+        entries.emplace_back(row + x, row + x, 1 / square(options_.image_deviation));
+        if (x + 1 < width || repeats) join(row + x, row + (x + 1) % width);
+        if (y + 1 < height)
+          join(row + x, row + x + width);
+        else if (repeats)
+          join(row + x, at + x);
+      }
+    found.level.col(static_cast<Eigen::Index>(f))
+        .segment(at, count)
+        .setConstant(1 / (options_.image_deviation * std::sqrt(static_cast<double>(count))));
+    at += count;
+  }
+  found.sparse.resize(all, all);
+  found.sparse.setFromTriplets(entries.begin(), entries.end());
+  return found;
+}
+
+void FieldPrior::set_precision() {
+  if (images_.front()) {
+    if (!precision_) precision_ = std::make_shared<const Precision>(of_images());
+    return;
+  }
+  const Eigen::Index all = scale_.size();
+  Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(all, all);
   Eigen::Index at = 0;
   for (std::size_t f = 0; f < shapes_.size(); ++f) {
     const Eigen::Index count = start_[f].size() / 3;
-    auto block = precision_.block(at, at, count, count);
+    auto block = precision.block(at, at, count, count);
     if (is_environment_[f]) {
       const Eigen::VectorXd share = sphere_shares(shapes_[f]);
       const Eigen::ArrayXd scale = scale_.segment(at, count);
@@ -134,6 +178,7 @@ void FieldPrior::set_precision() {
     }
     at += count;
   }
+  precision_ = std::make_shared<const Precision>(Precision{std::move(precision), {}, {}});
 }
 
 void FieldPrior::adapt(const Eigen::VectorXd& values, const Eigen::VectorXd& photos) {
@@ -142,7 +187,7 @@ void FieldPrior::adapt(const Eigen::VectorXd& values, const Eigen::VectorXd& pho
   const Eigen::VectorXd brightness = values.reshaped(3, even.size()).colwise().mean();
   scale_ = brightness.cwiseMax(even);
   set_precision();
-  const Eigen::ArrayXd alone = precision_.diagonal();
+  const Eigen::ArrayXd alone = precision_->dense.diagonal();
   const Eigen::ArrayXd seen = 1 - alone / (photos.array() + alone);
   scale_ = (even.array() + seen * (scale_ - even).array()).matrix();
   set_precision();

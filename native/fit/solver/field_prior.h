@@ -3,9 +3,11 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "fit/problem/fields.h"
+#include "fit/solver/cell_matrix.h"
 
 namespace selenite {
 
@@ -20,13 +22,17 @@ struct FieldPriorOptions {
   /// of a pixel itself, in units of the brightness there. Then of a channel's mean over the sphere, in units
   /// of the mean before any photo, which is the least brightness too.
   double environment_difference = 3, environment_deviation = 30, environment_level = 0.2;
-  double longest = 0.25;  ///< step of a voxel
+  /// Of a texel, as the image holds it, around the mean of its channel, and of the difference between two
+  /// neighbours.
+  double image_deviation = 0.3, image_difference = 0.15;
+  double longest = 0.25;  ///< step of a voxel or texel
   /// Of a pixel of the world's image, in units of itself and the mean that the image starts with.
   double longest_of_environment = 2;
 };
 
-/// What is known of the numbers of albedo grids and of the world's image before any photo. A voxel lies
-/// near its first value. A pixel of the world lies near its neighbours, and the mean of a channel near
+/// What is known of the numbers of albedo grids, of images and of the world's image before any photo. A
+/// voxel lies near its first value. A texel lies near the mean of its channel, whatever that is, and near
+/// its neighbours. A pixel of the world lies near its neighbours, and the mean of a channel near
 /// that of the values with which a fit begins, in the colour that the world has in the scene. The brighter
 /// pixels are, the more neighbours differ: a lamp has an edge.
 /// Numbers of a channel lie three apart. Source: docs/method/fields.md, "Light of the world".
@@ -43,8 +49,8 @@ class FieldPrior {
   /// Where the world is bright is seen from these values of all numbers, as far as the photos know them:
   /// `photos` is the precision that they give a number of a channel. What they do not see stays smooth.
   void adapt(const Eigen::VectorXd& values, const Eigen::VectorXd& photos);
-  /// Inverse of the covariance of the numbers of a channel, once begun.
-  const Eigen::MatrixXd& precision() const { return precision_; }
+  /// Of the numbers of a channel, once begun.
+  const std::shared_ptr<const Precision>& precision() const { return precision_; }
   /// Longest steps of all numbers from `values`, once begun.
   Eigen::VectorXd longest_steps(const Eigen::VectorXd& values) const;
   void members(SavedState& state);
@@ -52,13 +58,15 @@ class FieldPrior {
  private:
   void set_levels();
   void set_precision();
+  Precision of_images() const;
 
   FieldPriorOptions options_;
   std::vector<std::vector<std::ptrdiff_t>> shapes_;
   std::vector<char> is_environment_;
-  FieldValues start_;  ///< of the scene
+  std::vector<std::shared_ptr<const Texture>> images_;  ///< null: no image of a surface
+  FieldValues start_;                                   ///< of the scene
   Eigen::VectorXd mean_;
-  Eigen::MatrixXd precision_;
+  std::shared_ptr<const Precision> precision_;
   Eigen::VectorXd level_;  ///< of each number: the mean of its field in `mean_`, of a grid 1
   Eigen::VectorXd scale_;  ///< of each number of a channel: in which its differences count
 };

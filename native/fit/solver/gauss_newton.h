@@ -76,6 +76,8 @@ class GaussNewton final : public ResidualOptimiser {
     std::optional<WeightedResidual> informative{};
     /// The residual of the whole without the prior of a free gain, where there is one.
     std::optional<Halves> of_photo{};
+    /// By what its errors exceed the residuals of the whole; empty: 1.
+    Eigen::VectorXf widening{};
     void members(SavedState& state) { state(whole, informative, of_photo); }
   };
   /// `derivatives` at x join the sums; `weight`: their samples in units of those of an iteration.

@@ -33,7 +33,8 @@ Vector JointGaussNewton::step_by_residuals(const Vector& x, std::span<const Obse
   const std::vector<Halves> halves = residual_halves(*problem_, seen);
   add_residuals(seen);
   if (!scalars_.has_instruments()) {
-    if (fields_.has_environment()) {  // light is linear: it goes ahead of what is not
+    // Light is linear, and scalars go astray beside even texels: both go ahead of what is not.
+    if (fields_.has_environment() || fields_.has_images()) {
       fields_.solve(scalars_.done());
       fields_.advance(Eigen::VectorXd(0));
     }
@@ -105,6 +106,7 @@ Eigen::MatrixXd JointGaussNewton::eliminate_fields(std::vector<GaussNewton::Phot
       z.back().informative = &informative->z;
       z.back().informative_weight = &informative->weight;
     }
+    if (fields.has_images()) z.back().widening = &all[i].widening;
   }
   fields.solve(done);
   return fields.eliminate_fields(z);

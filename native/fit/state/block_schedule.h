@@ -9,6 +9,8 @@ struct BlockOptions {
   int cycle = 10;               ///< after one: iterations of a block of fields and one of scalars
   int scalar_tenths = 3;        ///< tenths of a cycle that step scalars
   int first_fields = 2;  ///< of voxels stepped together with scalars: Jacobians are needed to begin
+  int first_texels =
+      2;  ///< the same of texels; scalars and texels then step together in each iteration
   int first_lights = 8;  ///< the same of the world's image: scalars go astray beside a wrong light
 };
 
@@ -24,12 +26,14 @@ struct Block {
 /// object. After one they are as good as they get while the voxels are alike: the fields come first,
 /// and the scalars have the last block, as they are fitted to the voxels that are found. Where both are
 /// stepped together, scalars that are still wrong lead voxels astray: theirs is the first whole block.
+/// Texels follow scalars that move only by what a render says of both: each iteration is of both.
 class BlockSchedule {
  public:
   /// after_multi_start: with one colour for each field. joint: voxels are stepped together with scalars.
   struct Kind {
     bool alternates, has_fields, after_multi_start, joint, has_environment = false;
     bool has_scalars = true;
+    bool together = false;  ///< of `joint`: every iteration differentiates by both
   };
   BlockSchedule(Kind kind, int iterations, BlockOptions options = {})
       : kind_(kind), iterations_(iterations), options_(options) {}

@@ -113,7 +113,7 @@ int Strategy::most_iterations(const FitProblem& problem) const {
 BlockSchedule Strategy::blocks(const FitProblem& problem) const {
   const int all = problem.settings().iterations;
   return {{alternates, !problem.fields().empty(), after_multi_start(), joint, has_environment,
-           problem.unknowns().size() > 0},
+           problem.unknowns().size() > 0, joint && has_images},
           joint && refines && !has_environment ? (all + 1) / 2 : all};
 }
 

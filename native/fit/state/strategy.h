@@ -24,17 +24,20 @@ struct Strategy {
   bool multi_start;
   /// What a multi-start varies where fields are fitted; null: the scalars.
   std::unique_ptr<UniformFields> uniform;
-  bool joint;    ///< voxels are stepped together with the scalars, see `JointGaussNewton`
+  bool joint;    ///< voxels or texels are stepped together with the scalars, see `JointGaussNewton`
   bool refines;  ///< a refinement follows the descent
 
   bool has_images;       ///< among the fields
   bool has_environment;  ///< likewise: the world's image
   bool after_multi_start() const { return multi_start && uniform; }
-  /// Of images after a multi-start the IOR of what refracts sharply is found by a line search before
-  /// each block of scalars, in place of steps by derivatives.
-  bool searches_ior() const { return after_multi_start() && has_images; }
-  /// Errors of texels and voxels look like roughness; those of the light look like either.
-  bool prefers_low_roughness() const { return after_multi_start() && !has_environment; }
+  /// Of images after a multi-start that are stepped apart from scalars, the IOR of what refracts sharply is
+  /// found by a line search before each block of scalars, in place of steps by derivatives.
+  bool searches_ior() const { return after_multi_start() && has_images && !joint; }
+  /// Errors of texels and voxels look like roughness; those of the light look like either. Texels that are
+  /// stepped together with scalars leave them free.
+  bool prefers_low_roughness() const {
+    return after_multi_start() && !has_environment && !(joint && has_images);
+  }
   /// The photos are asked how rough a body may be whose light is unknown: see `RoughnessProfile`.
   bool profiles_roughness() const { return joint && has_environment; }
   /// The descent's estimate is one of all iterations, not of the last one.

@@ -24,6 +24,12 @@ class SparseGradient {
     entries_[number - 1].value += Color<double>(derivative);
   }
 
+  /// Calls `sink(place, derivative)` for each place, in the order in which they were met.
+  template <class Sink>
+  void each(Sink&& sink) const {
+    for (const Entry& entry : entries_) sink(entry.place, entry.value);
+  }
+
   /// Adds everything to `dense`, three numbers a place or their sum.
   template <class T>
   void add_to(T* dense, int channels) const {
@@ -58,7 +64,7 @@ class SparseGradient {
       number_of(entries_[i].place) = static_cast<std::uint32_t>(i + 1);
   }
 
-  static constexpr std::size_t kLeast = 1 << 12;
+  static constexpr std::size_t kLeast = 1 << 6;
   std::vector<Entry> entries_;  ///< one a place, in the order in which they were met
   /// Hash table of entries by place: a power of two, at least half empty.
   std::vector<std::uint32_t> numbers_;

@@ -191,9 +191,13 @@ FieldJacobian render_field_jacobian(const Scene& scene, const Camera& camera,
   Film& film = result.film;
   film = Film(settings.width, settings.height, settings.spp, 0);
   const int columns = cells_along(settings.width, cell), rows = cells_along(settings.height, cell);
-  for (std::size_t f = 0; f < found.size(); ++f)
+  const Eigen::Index cells = static_cast<Eigen::Index>(rows) * columns;
+  for (std::size_t f = 0; f < found.size(); ++f) {
+    const bool sparse = std::holds_alternative<ImageRef>(unknown[f]);
     result.fields.emplace_back(
-        CellJacobian::Zero(static_cast<Eigen::Index>(rows) * columns, count_of(found, f)));
+        CellJacobian::Zero(cells, static_cast<Eigen::Index>(sparse ? 0 : count_of(found, f))));
+    result.places.emplace_back(sparse ? static_cast<std::size_t>(cells) : 0);
+  }
 
   const PixelLoss weighted = [&](std::size_t pixel, const Film&) {
     return PixelSlope{Colorf(weights[pixel]), {}};
@@ -205,10 +209,18 @@ FieldJacobian render_field_jacobian(const Scene& scene, const Camera& camera,
       [&](int, const Tile& tile, const std::vector<SparseGradient>& gradients) {
         for (int y = tile.y0 / cell; y * cell < tile.y1; ++y)
           for (int x = tile.x0 / cell; x * cell < tile.x1; ++x)
-            for (std::size_t f = 0; f < found.size(); ++f)
-              gradients[((y - tile.y0 / cell) * across + x - tile.x0 / cell) * found.size() + f]
-                  .add_to(result.fields[f].row(static_cast<Eigen::Index>(y) * columns + x).data(),
-                          found.channels[f]);
+            for (std::size_t f = 0; f < found.size(); ++f) {
+              const SparseGradient& of_cell =
+                  gradients[((y - tile.y0 / cell) * across + x - tile.x0 / cell) * found.size() +
+                            f];
+              const Eigen::Index row = static_cast<Eigen::Index>(y) * columns + x;
+              if (result.places[f].empty())
+                of_cell.add_to(result.fields[f].row(row).data(), found.channels[f]);
+              else
+                of_cell.each([&](std::uint32_t place, const Color<double>& slope) {
+                  result.places[f][static_cast<std::size_t>(row)].push_back({place, Colorf(slope)});
+                });
+            }
       });
   film.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   film.cpu_seconds = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;

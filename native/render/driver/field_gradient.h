@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <functional>
 #include <variant>
 #include <vector>
@@ -60,17 +61,27 @@ FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
 /// field.
 using CellJacobian = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// The derivative of a cell by one place of a field, channel by channel.
+struct PlaceSlope {
+  std::uint32_t place;
+  Colorf slope;
+};
+/// The same as a `CellJacobian` where a cell depends on few places: for each cell those that its paths
+/// have met.
+using PlaceSlopes = std::vector<std::vector<PlaceSlope>>;
+
 /// A picture, and the derivatives of weighted sums over its cells by every value of some fields, each
 /// channel for itself.
 struct FieldJacobian {
   Film film;
-  std::vector<CellJacobian> fields;
+  std::vector<CellJacobian> fields{};  ///< without columns for the images of surfaces
+  std::vector<PlaceSlopes> places{};   ///< of those images; empty for other fields
 };
 
 inline int cells_along(int pixels, int cell) { return (pixels + cell - 1) / cell; }
 
 /// As above, with one `weights` a pixel and cells of `cell` pixels a side, which divides 16. The memory
-/// is cells times numbers. Throws as above, and InvalidArgument for weights and cells that do not fit.
+/// is cells times numbers, and of images that of the places that are met. Throws as above, and InvalidArgument for weights and cells that do not fit.
 FieldJacobian render_field_jacobian(const Scene& scene, const Camera& camera,
                                     const std::vector<FieldRef>& unknown,
                                     const RenderSettings& settings,

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Texels of an image stepped together with scalars.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "fit/image_scenes.h"
+#include "fit/problem/pixel_weights.h"
+#include "fit/problem/saved_state.h"
+#include "fit/solver/field_gauss_newton.h"
+#include "fit/taken_photos.h"
+
+namespace selenite {
+namespace {
+
+constexpr int kSide = 24, kAlong = 12;
+constexpr Eigen::Index kNumbers = 3 * kAlong * kAlong, kRows = 3 * kSide * kSide;
+
+Scene with_texels() {
+  Scene scene = board({0.5f, 0.5f, 0.5f, 0.5f});
+  FieldMap& map = scene.appearance.materials[0].maps[0];
+  map.texture = std::make_shared<Texture>(
+      "Wood", kAlong, kAlong, std::vector<Colorf>(kAlong * kAlong, Colorf(0.5f)),
+      std::vector<float>{}, false, Extension::kExtend, Interpolation::kLinear);
+  return scene;
+}
+
+/// Four photos of a world that is linear in texels and two scalars. Each pixel sees four texels that
+/// lie beside each other, and its neighbours see some of them, too.
+struct LinearImage {
+  Scene scene = with_texels();
+  std::vector<Photo> photos = grey_photos(scene);
+  Fields fields{scene, {texels()}};
+  std::unique_ptr<FieldGaussNewton> newton = FieldGaussNewton::of(fields, photos);
+  std::vector<PlaceSlopes> slopes;
+  std::vector<InstrumentalVariables::Set> z;  ///< of what texels explain, and of single pixels
+  std::vector<Eigen::VectorXf> weights;
+  std::mt19937 random{5};
+  std::normal_distribution<float> normal;
+
+  LinearImage() {
+    newton->set_values(fields.start());
+    std::uniform_real_distribution<float> some(0.5f, 1.5f);
+    for (std::size_t i = 0; i < photos.size(); ++i) {
+      PlaceSlopes seen(kSide * kSide);
+      for (int p = 0; p < kSide * kSide; ++p) {
+        const int x = std::min(p % kSide / 2, kAlong - 2), y = std::min(p / kSide / 2, kAlong - 2);
+        for (const int texel :
+             {y * kAlong + x, y * kAlong + x + 1, (y + 1) * kAlong + x, (y + 1) * kAlong + x + 1})
+          seen[static_cast<std::size_t>(p)].push_back(
+              {static_cast<std::uint32_t>(texel), {some(random), some(random), some(random)}});
+      }
+      slopes.push_back(seen);
+      newton->gather(i, {{}, {CellJacobian(kSide * kSide, 0)}, {seen}});
+      InstrumentalVariables::Half half;
+      half.slopes = Jacobian::NullaryExpr(kRows, 2, [&](auto...) { return normal(random); });
+      half.slopes.col(0) = shown(i, pattern());
+      half.filtered = half.slopes;
+      z.push_back({half, half});
+      weights.push_back(relative_weights(photos[i], photos.size()));
+    }
+  }
+
+  static std::vector<Photo> grey_photos(const Scene& scene) {
+    std::vector<Photo> all(4, taken_photos(scene, kSide, 1)[0]);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      all[i].id = std::to_string(i);
+      all[i].reference.assign(all[i].size(), Colorf(0.5f));
+    }
+    return all;
+  }
+  static Vector pattern() {
+    return Vector::NullaryExpr(
+        kNumbers, [](Eigen::Index k) { return 0.2 * std::sin(0.7 * static_cast<double>(k)); });
+  }
+  /// What photo i shows of texels that are off by so much.
+  Eigen::VectorXf shown(std::size_t i, const Vector& off) const {
+    Eigen::VectorXf sum = Eigen::VectorXf::Zero(kRows);
+    for (Eigen::Index row = 0; row < kRows; ++row)
+      for (const auto& [texel, slope] : slopes[i][static_cast<std::size_t>(row / 3)])
+        sum[row] += slope[static_cast<int>(row % 3)] *
+                    static_cast<float>(off[3 * static_cast<Eigen::Index>(texel) + row % 3]);
+    return sum;
+  }
+  /// Residuals where texels and scalars are off by so much, with errors that no photo shares.
+  void add_residuals(const Vector& off, const Eigen::Vector2d& scalars, float error = 0) {
+    for (std::size_t i = 0; i < photos.size(); ++i) {
+      Halves halves;
+      halves.residual_a = z[i].a.slopes * scalars.cast<float>() + shown(i, off);
+      for (Eigen::Index row = 0; row < kRows; ++row)
+        halves.residual_a[row] += error * normal(random);
+      halves.residual_b = halves.residual_a;
+      halves.variance = Eigen::VectorXf::Zero(kRows);
+      newton->add_residual(i, halves, weights[i], 0);
+    }
+  }
+  void eliminate() {
+    newton->solve(1);
+    std::vector<FieldGaussNewton::Regressors> all;
+    for (std::size_t i = 0; i < z.size(); ++i) all.push_back({&z[i], &weights[i]});
+    (void)newton->eliminate_fields(all);
+  }
+};
+
+TEST(ImageGaussNewton, InstrumentsAreBlindToWhatTexelsCanCompensateFor) {
+  LinearImage world;
+  world.add_residuals(Vector::Zero(kNumbers), {0, 0}, 1e-3f);
+  const float explained = world.z[0].a.filtered.col(0).norm(),
+              other = world.z[0].a.filtered.col(1).norm();
+  const Vector off = LinearImage::pattern().reverse();
+  const auto moves = [&](Eigen::Index scalar) {
+    double sum = 0;
+    for (std::size_t i = 0; i < world.z.size(); ++i)
+      sum +=
+          world.weights[i].cwiseProduct(world.z[i].a.filtered.col(scalar)).dot(world.shown(i, off));
+    return std::abs(sum);
+  };
+  const double first = moves(0), second = moves(1);
+  world.eliminate();
+  EXPECT_LT(world.z[0].a.filtered.col(0).norm(), 0.01 * explained);
+  EXPECT_GT(world.z[0].a.filtered.col(1).norm(), 0.9 * other) << "texels make no single pixels";
+  EXPECT_LT(moves(0), 0.01 * first);
+  EXPECT_LT(moves(1), 0.01 * second);
+}
+
+TEST(ImageGaussNewton, TexelsGoWhereTheyAreTogetherWithTheScalars) {
+  LinearImage world;
+  const Vector off = LinearImage::pattern();
+  const Eigen::Vector2d scalars{0.3, -0.4};
+  world.add_residuals(off, scalars);
+  world.eliminate();
+  world.newton->advance(-scalars);
+  EXPECT_LT(
+      (world.newton->values()[0] - (Vector::Constant(kNumbers, 0.5) - off)).cwiseAbs().maxCoeff(),
+      0.01);
+}
+
+/// What photos disagree on is error, whatever part of it texels take up; what they agree on is none.
+TEST(ImageGaussNewton, ThePriorCountsByWhatPhotosDisagreeOn) {
+  LinearImage noisy;
+  noisy.add_residuals(Vector::Zero(kNumbers), {0, 0}, 0.05f);
+  noisy.newton->solve(1);
+  const double share = noisy.weights[0][0], variance = share * 0.05 * 0.05;
+  EXPECT_NEAR(noisy.newton->prior_strength(), variance, 0.1 * variance);
+  LinearImage patterned;
+  patterned.add_residuals(LinearImage::pattern(), {0, 0}, 0.005f);
+  patterned.newton->solve(1);
+  EXPECT_NEAR(patterned.newton->prior_strength(), 0.01 * variance, 0.004 * variance);
+}
+
+TEST(ImageGaussNewton, ErrorsThatPhotosDoNotShareLeaveTexelsNearTheirMean) {
+  LinearImage world;
+  for (int i = 0; i < 2; ++i) {
+    world.add_residuals(Vector::Constant(kNumbers, 0.1), {0, 0}, i == 0 ? 0.001f : 50);
+    const Vector before = world.newton->values()[0];
+    world.newton->solve(1);
+    world.newton->advance(Eigen::Vector2d::Zero());
+    const double moved = (world.newton->values()[0] - before).cwiseAbs().mean();
+    if (i == 0)
+      EXPECT_NEAR(moved, 0.1, 0.01) << "the mean is free";
+    else
+      EXPECT_LT((world.newton->values()[0].array() - world.newton->values()[0].mean()).abs().mean(),
+                0.1);
+    world.newton->set_values(world.fields.start());
+  }
+}
+
+TEST(ImageGaussNewton, ASavedSolverStepsToTheSameBits) {
+  LinearImage first, second;
+  first.add_residuals(LinearImage::pattern(), {0.1, 0}, 0.01f);
+  SavedState writing;
+  first.newton->members(writing);
+  SavedState reading(writing.sealed());
+  second.newton->members(reading);
+  for (LinearImage* one : {&first, &second}) {
+    one->newton->solve(0.5);
+    one->newton->advance(Eigen::VectorXd(0));
+  }
+  EXPECT_EQ(first.newton->values()[0], second.newton->values()[0]);
+}
+
+TEST(ImageGaussNewton, IsForImagesOfColoursAlone) {
+  const Scene scene = with_texels();
+  const std::vector<Photo> photos = LinearImage::grey_photos(scene);
+  FieldGaussNewtonOptions few;
+  few.most_texels = kAlong * kAlong - 1;
+  const Fields fields(scene, {texels()});
+  EXPECT_TRUE(FieldGaussNewton::applies(fields, photos));
+  EXPECT_FALSE(FieldGaussNewton::applies(fields, photos, few));
+}
+
+}  // namespace
+}  // namespace selenite
