@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """pytest inside bpy: the add-on on the path, a new empty scene for every test."""
 
-import importlib
 import sys
 from pathlib import Path
 
@@ -55,10 +54,7 @@ def lit_ball(tmp_path):
 def small_panoramas(monkeypatch):
     """A quarter of the columns and rows of a world that Cycles evaluates: for what has no details.
     Two million pixels take longer than all else of a test."""
-    module = importlib.import_module("selenite.scene_read.shading.panorama.evaluate")
-    for name in ("SIZE", "DETAILED"):
-        width, height = getattr(module, name)
-        monkeypatch.setattr(module, name, (width // 4, height // 4))
+    made_scenes.shrink_panoramas(monkeypatch, 4)
 
 
 @pytest.fixture
