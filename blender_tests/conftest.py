@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """pytest inside bpy: the add-on on the path, a new empty scene for every test."""
 
-import importlib
 import sys
 from pathlib import Path
 
@@ -13,6 +12,8 @@ for folder in (ROOT / "addon", ROOT / "blender_tests"):
         sys.path.insert(0, str(folder))
 
 bpy = pytest.importorskip("bpy", reason="Blender's module bpy is not installed")
+
+import made_scenes  # noqa: E402
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -26,32 +27,34 @@ def native():
     return modules
 
 
+@pytest.fixture(scope="module", autouse=True)
+def factory_settings():
+    """Preferences and Blender's own add-ons as they come, once for all tests of a file: they take
+    eight times as long as a file of factory settings."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
 @pytest.fixture(autouse=True)
-def empty_scene(request):
-    """Factory settings without any object, but for a test that only looks at what its module has
-    rendered: hundreds of them would wait for a scene longer than for its picture."""
+def empty_scene(request, factory_settings):
+    """A file of factory settings without any object, but for a test that only looks at what its
+    module has rendered: hundreds of them would wait for a scene longer than for its picture."""
     if request.node.get_closest_marker("without_scene") is None:
-        bpy.ops.wm.read_factory_settings(use_empty=True)
+        made_scenes.open_empty_file()
 
 
 @pytest.fixture
 def lit_ball(tmp_path):
     """A file with a coloured ball under a lamp, nothing in front of it; it renders 32 x 24."""
-    import made_scenes as made
-
-    made.studio(base_color=(0.2, 0.6, 0.4), roughness=0.5)
-    made.light("Key Light", energy=200)
-    return made.save(tmp_path / "scene.blend")
+    made_scenes.studio(base_color=(0.2, 0.6, 0.4), roughness=0.5)
+    made_scenes.light("Key Light", energy=200)
+    return made_scenes.save(tmp_path / "scene.blend")
 
 
 @pytest.fixture
 def small_panoramas(monkeypatch):
     """A quarter of the columns and rows of a world that Cycles evaluates: for what has no details.
     Two million pixels take longer than all else of a test."""
-    module = importlib.import_module("selenite.scene_read.shading.panorama.evaluate")
-    for name in ("SIZE", "DETAILED"):
-        width, height = getattr(module, name)
-        monkeypatch.setattr(module, name, (width // 4, height // 4))
+    made_scenes.shrink_panoramas(monkeypatch, 4)
 
 
 @pytest.fixture

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Small scenes by script, for Blender 3.4 and later."""
 
+import importlib
 import math
 
 import bpy
@@ -15,6 +16,12 @@ ALIASES = {
     "emission_color": ("Emission Color", "Emission"),
     "emission_strength": ("Emission Strength",),
 }
+
+
+def open_empty_file():
+    """A file of factory settings without any object. Preferences and add-ons stay as they are:
+    factory settings for these as well take eight times as long."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
 
 
 def add(name, data):
@@ -114,6 +121,14 @@ def sample_coarsely(made):
     """Cycles draws light from a map of 256 columns in each render; of a generated image it would be
     of 8 million pixels."""
     made.cycles.sampling_method, made.cycles.sample_map_resolution = "MANUAL", 256
+
+
+def shrink_panoramas(monkeypatch, parts):
+    """Cycles evaluates worlds to panoramas with so many times fewer columns, and rows."""
+    module = importlib.import_module("selenite.scene_read.shading.panorama.evaluate")
+    for name in ("SIZE", "DETAILED"):
+        width, height = getattr(module, name)
+        monkeypatch.setattr(module, name, (width // parts, height // parts))
 
 
 def environment(made, pixels, rotation=(0.0, 0.0, 0.0), kind="POINT"):

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+import made_scenes as made
 import numpy as np
 
 from selenite.scene_read import build
@@ -66,7 +67,7 @@ class Graph:
 
 def scene(body: str = "plane") -> bpy.types.Material:
     """An empty file with a body under an orthographic camera; returns its material."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    made.open_empty_file()
     if body == "plane":
         bpy.ops.mesh.primitive_plane_add(size=_WIDTH)
     else:

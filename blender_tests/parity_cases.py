@@ -131,7 +131,7 @@ def material_of(case):
 
 def make(case, size, segments=48):
     """Replaces the open file by the scene of a case, rendered at size x size pixels."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    made.open_empty_file()
     body = made.sphere(material=material_of(case), segments=segments)
     for vertex in body.data.vertices:
         x, y, z = vertex.co

@@ -12,7 +12,7 @@ from selenite.scene_read import properties
 
 def scene_of_everything() -> None:
     """Objects of every type that is read, lamps of every type, images, a medium, a world."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    made.open_empty_file()
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     image = bpy.data.images.new("Picture", 4, 4)

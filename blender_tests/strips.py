@@ -114,7 +114,7 @@ def render_strips(native, folder, cases):
     cases: label -> (function, arguments). The function is called with the strip's material, the
     folder and the arguments; it may return what is to be done to the strip's mesh.
     """
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    made.open_empty_file()
     random = np.random.default_rng(7)
     results, rows = {}, []
     for label, (function, arguments) in cases.items():

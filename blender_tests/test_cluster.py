@@ -249,7 +249,7 @@ def scheduler(start, port):
 def test_a_run_goes_on_after_its_scheduler_has_died(captured, tmp_path, capsys, unused_port):
     scene, _, photos = captured
     words = ["fit", scene, "--fit=Body:base_color,roughness", "--height=18", "--spp=8"]
-    words += ["--iterations=120", "--tolerance=0", "--picture-spp=4", "--no-until-converged"]
+    words += ["--iterations=40", "--tolerance=0", "--picture-spp=4", "--no-until-converged"]
     words += [f"--photo={name}={photos[name]}" for name in CAMERAS[:3]]
     status, report, _ = command(capsys, *words, f"--out={tmp_path / 'plain'}")
     assert status == 0

@@ -56,7 +56,7 @@ def test_an_import_that_is_ended_leaves_nothing(tmp_path):
     import reconstructed
 
     _, words = reconstructed.written(tmp_path)
-    large = native.image().resize(np.full((2, 2, 3), 0.4, np.float32), 4000, 3000)
+    large = native.image().resize(np.full((2, 2, 3), 0.4, np.float32), 2000, 1500)
     for photo in (tmp_path / "photos").iterdir():
         native.image().write_exr(str(photo), large)
     before = files(tmp_path)

@@ -35,6 +35,7 @@ def tick(**values):
 def settings(addon, tmp_path):
     """A ball under a grey world, with a photo; nothing is ticked."""
     made.studio(base_color=(0.5, 0.4, 0.3), roughness=0.5)
+    made.sample_coarsely(bpy.context.scene.world)
     path = made.photo(tmp_path / "Camera.exr", value=0.15)
     found = bpy.context.scene.selenite
     bpy.ops.selenite.refresh_rows()

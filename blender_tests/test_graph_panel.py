@@ -151,9 +151,10 @@ def test_labels_are_in_the_language_of_the_interface(settings):
     language = "de_DE" if bpy.app.version < (4, 0) else "de"
     if language not in bpy.app.translations.locales:
         pytest.skip("this Blender has no German")
+    before = view.language, view.use_translate_interface
     view.language, view.use_translate_interface = language, True
     try:
         bpy.ops.selenite.refresh_rows()
         assert rows(settings)[ROUGH].label == "Gloss: Rauheit"
     finally:
-        view.language = "en_US"
+        view.language, view.use_translate_interface = before

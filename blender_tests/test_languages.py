@@ -43,11 +43,13 @@ def german():
     if "de_DE" not in bpy.app.translations.locales:
         pytest.skip("no German in this Blender")
     view = bpy.context.preferences.view
-    before = view.language
+    names = ("language", "use_translate_interface", "use_translate_tooltips")
+    before = {name: getattr(view, name) for name in names}
     view.language = "de_DE"
     view.use_translate_interface = view.use_translate_tooltips = True
     yield
-    view.language = before
+    for name, value in before.items():
+        setattr(view, name, value)
 
 
 def test_blender_shows_german(german):
