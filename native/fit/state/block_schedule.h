@@ -9,8 +9,7 @@ struct BlockOptions {
   int cycle = 10;               ///< after one: iterations of a block of fields and one of scalars
   int scalar_tenths = 3;        ///< tenths of a cycle that step scalars
   int first_fields = 2;  ///< of voxels stepped together with scalars: Jacobians are needed to begin
-  int first_texels =
-      2;  ///< the same of texels; scalars and texels then step together in each iteration
+  int first_texels = 6;  ///< the same of texels; then each iteration is of both
   int first_lights = 8;  ///< the same of the world's image: scalars go astray beside a wrong light
 };
 
