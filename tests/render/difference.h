@@ -29,6 +29,7 @@ class DifferencePairs {
   void expect_agreement() const {
     const Estimate e = gap_.estimate();
     testing::Test::RecordProperty("z", std::to_string(e.mean / e.error));
+    testing::Test::RecordProperty("error_per_slope", std::to_string(e.error / size_.mean()));
     // Student's t of 11 degrees of freedom beyond 4.4: 1 false alarm in 1000. 2 % for the curvature.
     EXPECT_LT(std::abs(e.mean), 4.4 * e.error + 0.02 * size_.mean())
         << e.mean << " +- " << e.error << ", slope is about " << size_.mean();

@@ -83,6 +83,7 @@ TEST_P(MediumGradient, AgreesWithDifferencesOfRenders) {
     size.add(std::abs(want));
   }
   const Estimate e = gap.estimate();
+  RecordProperty("error_per_slope", std::to_string(e.error / size.mean()));
   // Student's t of 11 degrees of freedom beyond 4.4: 1 false alarm in 1000. 2 % for the curvature.
   EXPECT_LT(std::abs(e.mean), 4.4 * e.error + 0.02 * size.mean() + 1e-6)
       << e.mean << " +- " << e.error << ", slope is about " << size.mean();

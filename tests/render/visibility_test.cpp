@@ -314,18 +314,19 @@ Scene partly_hidden() {
 struct Ticked {
   const char *owner, *parameter;
   double step;
+  int spp = 800;
 };
 class HiddenFromSome : public testing::TestWithParam<Ticked> {};
 
 TEST_P(HiddenFromSome, DerivativesAgreeWithDifferences) {
-  const auto& [owner, parameter, step] = GetParam();
+  const auto& [owner, parameter, step, spp] = GetParam();
   const Scene scene = partly_hidden();
   const ParameterRef ref = scene.find(owner, parameter);
   const SlotLayout layout(scene, {ref});
   const std::vector<double> at = scene.get(ref);
   DifferencePairs pairs;
   for (int seed = 0; seed < 12; ++seed) {
-    const RenderSettings settings = settings_of(8, 800, 40 + seed, 4);
+    const RenderSettings settings = settings_of(8, spp, 40 + seed, 4);
     const Film film = render_view(scene, settings, layout);
     ASSERT_TRUE(complete(film));
     const auto mean = [&](double by) {
@@ -340,10 +341,10 @@ TEST_P(HiddenFromSome, DerivativesAgreeWithDifferences) {
 
 INSTANTIATE_TEST_SUITE_P(
     Parameters, HiddenFromSome,
-    testing::Values(Ticked{"Ball", "base_color", 0.02}, Ticked{"Ball", "roughness", 0.04},
+    testing::Values(Ticked{"Ball", "base_color", 0.02, 100}, Ticked{"Ball", "roughness", 0.04},
                     Ticked{"Ball", "metallic", 0.02}, Ticked{"Ball", "coat_weight", 0.02},
-                    Ticked{"Key", "power", 1}, Ticked{"Fill", "power", 1},
-                    Ticked{"World", "strength", 0.02}),
+                    Ticked{"Key", "power", 1, 200}, Ticked{"Fill", "power", 1},
+                    Ticked{"World", "strength", 0.02, 100}),
     [](const auto& info) { return std::string(info.param.owner) + "_" + info.param.parameter; });
 
 }  // namespace
