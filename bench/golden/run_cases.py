@@ -101,7 +101,10 @@ def _watched(interrupted: Interrupted) -> Iterator[None]:
         record(recorder, job, now=True)
         if now:
             return
-        job.request_state()
+        if hasattr(recorder, "_ask_for_state"):
+            recorder._ask_for_state(job)
+        else:  # of a revision whose states are handed over in memory
+            job.request_state()
         if job.progress().phase == before:
             interrupted.poll(job, recorder.folder)
 

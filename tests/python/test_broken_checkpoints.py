@@ -28,7 +28,7 @@ def run(tmp_path: Path) -> Path:
 def test_a_whole_record_is_read(run: Path) -> None:
     found = checkpoint.load(run)
     assert found.state is not None
-    assert found.state.data == bytes(range(256)) * 4 and found.state.seconds == 1.0
+    assert found.state.file.read_bytes() == bytes(range(256)) * 4 and found.state.seconds == 1.0
 
 
 @pytest.mark.parametrize(
