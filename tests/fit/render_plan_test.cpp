@@ -187,12 +187,12 @@ TEST(RenderPlan, OfAGridBesideScalarsIsWhatItRenders) {
 
 // Texels together with scalars, then a refinement.
 TEST(RenderPlan, OfAnImageBesideScalarsIsWhatItRenders) {
-  FitSettings settings = field_settings(40);
+  FitSettings settings = field_settings(20);
   settings.spp = 8;
   const Course course(board({0.5f, 0.5f, 0.5f, 0.5f}),
                       taken_photos(board({0.2f, 0.4f, 0.6f, 0.8f}), 24), {roughness(), texels()},
                       settings);
-  ASSERT_EQ(course.result.iterations, 40);
+  ASSERT_EQ(course.result.iterations, 10);
   expect_equal(course, PhaseKind::kDescent);
   expect_within(course, 0.15);
 }
