@@ -5,6 +5,10 @@
 
 set(PYBIND11_FINDPYTHON ON)
 find_package(Python 3.11 REQUIRED COMPONENTS Interpreter Development.Module)
+if(CMAKE_CROSSCOMPILING AND WIN32)
+  # An import library is taken for a static one, which would need the libraries of this system's Python.
+  set_property(TARGET Python::Module PROPERTY INTERFACE_LINK_LIBRARIES "")
+endif()
 if(NOT pybind11_DIR)
   execute_process(COMMAND "${Python_EXECUTABLE}" -m pybind11 --cmakedir
     OUTPUT_VARIABLE pybind11_DIR OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)

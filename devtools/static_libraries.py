@@ -298,7 +298,6 @@ LIBRARIES = (
         # Boost asks for a class that C++17 has no more.
         foreign_options={
             "CMAKE_CXX_FLAGS": f"{COMMON['CMAKE_CXX_FLAGS']} -DBOOST_NO_CXX98_FUNCTION_BASE -w",
-            **JOINED,
         },
         # Of Boost it needs one class with a library: an error text for each thread and reader.
         # Here no two threads share a reader.
