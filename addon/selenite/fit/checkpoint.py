@@ -131,7 +131,10 @@ class Recorder:
         begin = time.monotonic()
         self._number += 1
         name = f"fit_{self._number}.state"
-        keep(written.file, self.folder / name)
+        try:
+            keep(written.file, self.folder / name)
+        finally:
+            written.file.unlink(missing_ok=True)
         about = {"schema": SCHEMA, "selenite": __version__, "file": name, **done}
         write_json(self.folder / _STATE, about)
         for path in (*self.folder.glob("*.state"), *self.folder.glob(PARTIAL)):

@@ -41,7 +41,8 @@ void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations&
   const GaussNewton::WeightedResidual* const informative =
       equations.informative ? &*equations.informative : nullptr;
   Eigen::MatrixXd noise_a(n, n), noise_b(n, n);
-  Vector term(n), error(n);
+  const bool widened = equations.widening.size() > 0;
+  Vector term(n), error(n), score(n);
   Eigen::MatrixXd slopes(n, n);
   const bool neighbours_share = shares_pixels(photo);
   Eigen::MatrixXd terms = Eigen::MatrixXd::Zero(neighbours_share ? pixels : 0, n);
@@ -65,10 +66,9 @@ void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations&
         slopes.noalias() += b * z.a.slopes.row(j).cast<double>();
         noise_b.noalias() += a * z.b.noise.row(j).cast<double>();
         noise_a.noalias() += b * z.a.noise.row(j).cast<double>();
-        const Vector score =
-            (a + b) * static_cast<double>(halves.residual_a[j] + halves.residual_b[j]) / 2;
+        score = (a + b) * static_cast<double>(halves.residual_a[j] + halves.residual_b[j]) / 2;
         term += score;
-        error += equations.widening.size() > 0 ? Vector(equations.widening[j] * score) : score;
+        error += (widened ? static_cast<double>(equations.widening[j]) : 1.0) * score;
       }
       normal_variance += noise_a.cwiseAbs2() + noise_b.cwiseAbs2();
     }

@@ -14,7 +14,7 @@ std::ios::openmode flags(StateFile::Mode mode) {
          (mode == StateFile::kRead ? std::ios::in : std::ios::out | std::ios::trunc);
 }
 
-/// What the system has said last; of a stream that failed for a reason of its own, an input/output error.
+/// The last error of the system. Of a stream that failed for a reason of its own: an input/output error.
 [[noreturn]] void fail() {
   throw std::system_error(errno != 0 ? errno : EIO, std::generic_category());
 }

@@ -11,8 +11,8 @@
 
 namespace selenite {
 
-/// The bytes of a state in a file, one after another, with their checksum behind them. All throw
-/// std::system_error where the file cannot be read or written.
+/// The bytes of a state in a file. Their checksum stands behind them. All throw std::system_error where the
+/// file cannot be read or written.
 class StateFile {
  public:
   enum Mode { kRead, kWrite };

@@ -408,9 +408,11 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
   }
   for (int c = 0; c < 3; ++c) {
     const Channel& channel = channels_[static_cast<std::size_t>(c)];
-    std::vector<CellMatrix> parts;
-    for (std::size_t i = 0; i < z.size(); ++i)
-      parts.push_back(of_channel(views_[i], c).scaled(weights[i].col(c).cwiseSqrt()));
+    std::vector<CellMatrix> jacobians, parts;
+    for (std::size_t i = 0; i < z.size(); ++i) {
+      jacobians.push_back(of_channel(views_[i], c));
+      parts.push_back(jacobians.back().scaled(weights[i].col(c).cwiseSqrt()));
+    }
     const auto jacobian = std::make_shared<const CellMatrix>(CellMatrix::stacked(parts));
     NormalMatrix solver(jacobian);
     const double strength = channel.jacobian->squared_columns().sum();
@@ -418,8 +420,8 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
     solver.add(variance, prior_.precision(), 0);
     if (z.front().widening) widen(*jacobian, solver, c, z);
     const Eigen::MatrixXd like =
-        (eliminate_from_half(z, &InstrumentalVariables::Set::a, c, sums_a, solver) +
-         eliminate_from_half(z, &InstrumentalVariables::Set::b, c, sums_b, solver)) /
+        (eliminate_from_half(z, &InstrumentalVariables::Set::a, c, sums_a, jacobians, solver) +
+         eliminate_from_half(z, &InstrumentalVariables::Set::b, c, sums_b, jacobians, solver)) /
         2;
     // The equations still move by variance * precision * like where a voxel is off by 1, and the
     // covariance of the voxels is variance / normal.
@@ -449,16 +451,17 @@ void FieldGaussNewton::widen(const CellMatrix& jacobian, const NormalMatrix& nor
 
 Eigen::MatrixXd FieldGaussNewton::eliminate_from_half(
     const std::vector<Regressors>& z, InstrumentalVariables::Half InstrumentalVariables::Set::*half,
-    int c, const std::vector<Eigen::MatrixXf>& sums, const NormalMatrix& solver) const {
+    int c, const std::vector<Eigen::MatrixXf>& sums, const std::vector<CellMatrix>& jacobians,
+    const NormalMatrix& solver) const {
   Eigen::MatrixXf seen = Eigen::MatrixXf::Zero(minimum_.size() / 3, sums.front().cols());
   for (std::size_t i = 0; i < z.size(); ++i) {
     const Eigen::Index cells = views_[i].jacobian.rows();
-    seen += of_channel(views_[i], c).transposed_times(sums[i].middleRows(c * cells, cells));
+    seen += jacobians[i].transposed_times(sums[i].middleRows(c * cells, cells));
   }
   Eigen::MatrixXd like = solver.solve(seen.cast<double>());
   for (std::size_t i = 0; i < z.size(); ++i) {
     const View& view = views_[i];
-    const Eigen::MatrixXf explained = of_channel(view, c).times(like.cast<float>());
+    const Eigen::MatrixXf explained = jacobians[i].times(like.cast<float>());
     Jacobian& instruments = (z[i].whole->*half).filtered;
     for (std::size_t p = 0; p < view.share.size(); ++p)
       if (const Eigen::Index row = row_of(view, p); row >= 0)

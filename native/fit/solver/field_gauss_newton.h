@@ -150,6 +150,7 @@ class FieldGaussNewton {
   Eigen::MatrixXd eliminate_from_half(const std::vector<Regressors>& z,
                                       InstrumentalVariables::Half InstrumentalVariables::Set::*half,
                                       int c, const std::vector<Eigen::MatrixXf>& sums,
+                                      const std::vector<CellMatrix>& jacobians,
                                       const NormalMatrix& solver) const;
   /// Of the residuals of channel c; see `Regressors::widening`.
   void widen(const CellMatrix& jacobian, const NormalMatrix& normal, int c,

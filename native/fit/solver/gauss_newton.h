@@ -76,7 +76,8 @@ class GaussNewton final : public ResidualOptimiser {
     std::optional<WeightedResidual> informative{};
     /// The residual of the whole without the prior of a free gain, where there is one.
     std::optional<Halves> of_photo{};
-    /// By what its errors exceed the residuals of the whole; empty: 1.
+    /// By what its errors exceed the residuals of the whole; empty: 1. Made at the end of a pass, of which no state
+    /// is kept.
     Eigen::VectorXf widening{};
     void members(SavedState& state) { state(whole, informative, of_photo); }
   };

@@ -30,8 +30,8 @@ struct Strategy {
   bool has_images;       ///< among the fields
   bool has_environment;  ///< likewise: the world's image
   bool after_multi_start() const { return multi_start && uniform; }
-  /// Of images after a multi-start that are stepped apart from scalars, the IOR of what refracts sharply is
-  /// found by a line search before each block of scalars, in place of steps by derivatives.
+  /// A line search finds the IOR of what refracts sharply before each block of scalars, in place of steps by
+  /// derivatives: of images after a multi-start that are stepped apart from scalars.
   bool searches_ior() const { return after_multi_start() && has_images && !joint; }
   /// Errors of texels and voxels look like roughness; those of the light look like either. Texels that are
   /// stepped together with scalars leave them free.
