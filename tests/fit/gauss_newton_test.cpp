@@ -290,6 +290,44 @@ TEST(Instruments, KeepWhatIsKnownOfAColumnThatIsNotSeen) {
   EXPECT_NEAR(after.a.noise(0, 1), known.a.noise(0, 1), 1e-5);
 }
 
+TEST(Instruments, AColourIsKeptAsOneNumberAPixel) {
+  constexpr int kSize = 16, kRows = 3 * kSize * kSize, kColours = 3;
+  const OnePhoto photo({{"Body", "base_color", {0.5, 0.5, 0.5}, 0.01, 1, 0.03},
+                        {"Body", "roughness", {0.5}, 0.05, 0.95, 0.03}},
+                       kSize);
+  std::mt19937 engine(3);
+  std::normal_distribution<float> normal;
+  InstrumentalVariables of_channels, of_all;
+  for (int i = 0; i < 4; ++i) {
+    Halves h;
+    for (Jacobian* one : {&h.jacobian_a, &h.jacobian_b, &h.direct_a, &h.direct_b}) {
+      one->setZero(kRows, kColours + 1);
+      for (int k = 0; k < kColours; ++k)
+        for (int row = k; row < kRows; row += 3) (*one)(row, k) = 1 + normal(engine);
+      for (float& number : one->col(kColours)) number = normal(engine);
+    }
+    h.residual_a = h.residual_b = Eigen::VectorXf::Zero(kRows);
+    h.differentiated = Eigen::ArrayX<bool>::Constant(kColours + 1, true);
+    of_all.add(h, 0.9);
+    h.channel = Eigen::ArrayXi::LinSpaced(kColours + 1, 0, kColours);
+    h.channel[kColours] = -1;
+    of_channels.add(h, 0.9);
+  }
+  const auto size = [](InstrumentalVariables& sums) {
+    SavedState state;
+    state(sums);
+    return static_cast<double>(state.sealed().size());
+  };
+  // Two pictures and eight sums of the columns
+  EXPECT_NEAR(size(of_channels) / size(of_all), (2 * 3 + 8 * 6.0) / (2 * 3 + 8 * 12.0), 0.01);
+  const InstrumentalVariables::Set few = photo.all(of_channels), all = photo.all(of_all);
+  for (const auto half : {&InstrumentalVariables::Set::a, &InstrumentalVariables::Set::b}) {
+    EXPECT_EQ((few.*half).slopes, (all.*half).slopes);
+    EXPECT_EQ((few.*half).noise, (all.*half).noise);
+    EXPECT_EQ((few.*half).filtered, (all.*half).filtered);
+  }
+}
+
 // A filter passes what both halves of the derivatives have in common by chance. If the normal matrix
 // meets the same derivatives, that counts as slope (here 1.27 times as much), and steps fall short.
 TEST(Instruments, NoiseOfDerivativesDoesNotSeemToBeSlope) {

@@ -30,7 +30,6 @@ Refined refine(const Vector& x, std::vector<Photo> photos, std::uint64_t seed,
   const Unknowns unknowns(scene, wanted);
   const SlotLayout layout = unknowns.layout(scene);
   const Problem problem{unknowns, layout, photos, losses()[0], 10};
-  const GaussNewton none(problem);
   GivenEvaluator render([&](const Vector& at, const Photo& photo, int spp, std::uint64_t key,
                             std::optional<Differences> derivatives) {
     RenderSettings settings;
@@ -41,7 +40,8 @@ Refined refine(const Vector& x, std::vector<Photo> photos, std::uint64_t seed,
     return SyntheticRenderer{0.5, 0.5}(now, now.camera(photo.camera),
                                        derivatives ? layout : SlotLayout(), settings, nullptr);
   });
-  Refinement refinement(problem, &none, {unknowns.project(x)}, seed, spp, 16, options);
+  Refinement refinement(problem, std::make_unique<GaussNewton>(problem), {unknowns.project(x)},
+                        seed, spp, 16, options);
   while (refinement.step(render)) {
   }
   return {refinement.values(), refinement.report()};

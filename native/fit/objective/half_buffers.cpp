@@ -80,6 +80,7 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
   halves.jacobian_a.setZero(rows, unknowns);
   halves.jacobian_b.setZero(rows, unknowns);
   halves.differentiated.resize(unknowns);
+  halves.channel.setConstant(unknowns, -1);
   Eigen::VectorXf picture_a, picture_b, weights;
   const bool has_gain = photo.gain_freedom != GainFreedom::kNone;
   if (has_gain || photo.align) {
@@ -107,6 +108,7 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
     const UnknownRow& row = problem.layout.rows[static_cast<std::size_t>(k)];
     const SlotFilm& slot = film.slots[static_cast<std::size_t>(row.slot)];
     halves.differentiated[k] = !slot.mean.empty();
+    if (!has_gain && !photo.align) halves.channel[k] = row.channel;  // both mix channels
     if (!halves.differentiated[k]) continue;
     const float scale = static_cast<float>(slope[k]);
     set_column(halves.jacobian_a, k, as_vector(slot.half_a), row.channel, scale);

@@ -28,11 +28,13 @@ struct Halves {
   Jacobian jacobian_a, jacobian_b;
   /// By unknown: whether the film has a derivative by it, its columns being 0 otherwise.
   Eigen::ArrayX<bool> differentiated;
+  /// By unknown: the only channel in which its columns differ from 0; -1, or empty: any.
+  Eigen::ArrayXi channel;
   /// The direct share of the columns, 0 where it is not known apart; empty: of none.
   Jacobian direct_a, direct_b;
   void members(SavedState& state) {
-    state(residual_a, residual_b, variance, jacobian_a, jacobian_b, differentiated, direct_a,
-          direct_b);
+    state(residual_a, residual_b, variance, jacobian_a, jacobian_b, differentiated, channel,
+          direct_a, direct_b);
   }
 };
 

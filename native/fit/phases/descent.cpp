@@ -71,6 +71,11 @@ const GaussNewton* Descent::gauss_newton() const {
   return joint_ ? &joint_->scalars() : dynamic_cast<const GaussNewton*>(optimiser_.get());
 }
 
+std::unique_ptr<GaussNewton> Descent::hand_over_gauss_newton() {
+  auto* const scalars = dynamic_cast<GaussNewton*>(optimiser_.get());
+  return scalars ? std::make_unique<GaussNewton>(std::move(*scalars)) : nullptr;
+}
+
 bool Descent::step(FitRun& run) {
   if (!restart_.running()) return iterate(run);
   const bool more = restart_.step(run);

@@ -37,8 +37,9 @@ class Descent final : public Phase {
   double fraction() const override;
   void members(SavedState& state) override;
 
-  /// Whose instruments a refinement takes over; null where the scalars were not stepped by Gauss-Newton.
-  const GaussNewton* gauss_newton() const;
+  /// For the refinement, at the end of the descent: a copy would double the memory of the fit. Null where the
+  /// scalars were not stepped by Gauss-Newton, or together with fields.
+  std::unique_ptr<GaussNewton> hand_over_gauss_newton();
   /// Null where voxels are not stepped together with scalars.
   const JointGaussNewton* joint() const { return joint_.get(); }
 
@@ -47,6 +48,8 @@ class Descent final : public Phase {
   struct Next;
 
   bool iterate(FitRun& run);
+  /// Null where the scalars are not stepped by Gauss-Newton.
+  const GaussNewton* gauss_newton() const;
   void observe(FitRun& run, std::size_t photo, const Block& block, Next& next) const;
   /// How a photo is rendered in this iteration.
   Evaluation of_step(const FitRun& run, std::size_t photo) const;

@@ -17,13 +17,13 @@ constexpr double kRounding = 1e-9;
 
 }  // namespace
 
-FieldRefinement::FieldRefinement(const Problem& problem, const GaussNewton* optimiser, Vector x,
-                                 FieldGaussNewton fields, std::uint64_t seed, int spp,
+FieldRefinement::FieldRefinement(const Problem& problem, std::unique_ptr<GaussNewton> optimiser,
+                                 Vector x, FieldGaussNewton fields, std::uint64_t seed, int spp,
                                  int iteration_spp, FieldRefinementOptions options)
     : options_(options),
-      point_(problem, optimiser, std::move(x)),
-      fields_(std::move(fields)),
       has_jacobians_(optimiser != nullptr),
+      point_(problem, std::move(optimiser), std::move(x)),
+      fields_(std::move(fields)),
       seed_(seed),
       spp_(spp),
       iteration_spp_(iteration_spp),

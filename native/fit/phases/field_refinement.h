@@ -41,7 +41,7 @@ struct FieldRefinementOptions {
 class FieldRefinement {
  public:
   /// `problem` must outlive it. `optimiser`: whose instruments are taken; null: none.
-  FieldRefinement(const Problem& problem, const GaussNewton* optimiser, Vector x,
+  FieldRefinement(const Problem& problem, std::unique_ptr<GaussNewton> optimiser, Vector x,
                   FieldGaussNewton fields, std::uint64_t seed, int spp, int iteration_spp,
                   FieldRefinementOptions options = {});
 
@@ -77,9 +77,9 @@ class FieldRefinement {
   int pass_spp(int pass) const;
 
   FieldRefinementOptions options_;
+  bool has_jacobians_;
   RefinedPoint point_;
   FieldGaussNewton fields_;
-  bool has_jacobians_;
   std::size_t photo_ = 0;  ///< the next of this pass; beyond the last: those of informative pixels
   std::uint64_t seed_;
   int spp_, iteration_spp_;

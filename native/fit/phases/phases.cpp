@@ -160,9 +160,9 @@ void MultiStartPhase::hand_on(FitRun& run) {
 }
 
 RefinementPhase::RefinementPhase(const FitRun& run, AlternativeMinima& minima,
-                                 const Alternative& from, const GaussNewton* optimiser)
+                                 const Alternative& from, std::unique_ptr<GaussNewton> optimiser)
     : refinement_(
-          run.problem.scalars(), optimiser, {from.x, run.point.fields},
+          run.problem.scalars(), std::move(optimiser), {from.x, run.point.fields},
           stream_seed(run.problem.settings().seed, Stream::kRefinement, minima.refined(), 0),
           run.problem.settings().chosen_refinement_spp(), run.problem.settings().spp,
           {.precision = run.problem.settings().precision}),
@@ -179,8 +179,9 @@ bool RefinementPhase::step(FitRun& run) {
 }
 
 FieldRefinementPhase::FieldRefinementPhase(FitRun& run, FieldGaussNewton fields,
-                                           const GaussNewton* optimiser, bool roughness_known)
-    : refinement_(run.problem.scalars(), optimiser, start_of_field_refinement(run),
+                                           std::unique_ptr<GaussNewton> optimiser,
+                                           bool roughness_known)
+    : refinement_(run.problem.scalars(), std::move(optimiser), start_of_field_refinement(run),
                   at_best_fields(run, std::move(fields)),
                   stream_seed(run.problem.settings().seed, Stream::kRefinement, roughness_known, 0),
                   field_pass_spp(run.problem.settings(), run.strategy), run.problem.settings().spp,

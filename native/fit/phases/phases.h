@@ -45,7 +45,7 @@ class RefinementPhase final : public Phase {
  public:
   /// optimiser: whose instruments are taken; null: none.
   RefinementPhase(const FitRun& run, AlternativeMinima& minima, const Alternative& from,
-                  const GaussNewton* optimiser);
+                  std::unique_ptr<GaussNewton> optimiser);
   static void plan(RenderPlan& plan);
   PhaseKind kind() const override { return PhaseKind::kRefinement; }
   bool step(FitRun& run) override;
@@ -60,7 +60,7 @@ class RefinementPhase final : public Phase {
 /// Refinement where voxels are stepped together with scalars. Alternatives would need fields of their own.
 class FieldRefinementPhase final : public Phase {
  public:
-  FieldRefinementPhase(FitRun& run, FieldGaussNewton fields, const GaussNewton* optimiser,
+  FieldRefinementPhase(FitRun& run, FieldGaussNewton fields, std::unique_ptr<GaussNewton> optimiser,
                        bool roughness_known = false);
   const FieldRefinement& refinement() const { return refinement_; }
   static void plan(RenderPlan& plan);

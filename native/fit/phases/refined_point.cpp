@@ -11,9 +11,9 @@
 #include "fit/problem/saved_state.h"
 
 namespace selenite {
-RefinedPoint::RefinedPoint(const Problem& problem, const GaussNewton* optimiser, Vector x)
+RefinedPoint::RefinedPoint(const Problem& problem, std::unique_ptr<GaussNewton> optimiser, Vector x)
     : problem(&problem),
-      gauss_newton(optimiser ? *optimiser : GaussNewton(problem)),
+      gauss_newton(optimiser ? std::move(*optimiser) : GaussNewton(problem)),
       equations(x.size()),
       x(std::move(x)),
       gain_slopes(problem) {}

@@ -15,7 +15,7 @@ namespace selenite {
 /// All samples of a pass are for the same values, so its step and its covariance H^-1 Cov(g) H^-1 need
 /// no assumption about the way that led there. Source: docs/method/confidence.md.
 struct RefinedPoint {
-  RefinedPoint(const Problem& problem, const GaussNewton* optimiser, Vector x);
+  RefinedPoint(const Problem& problem, std::unique_ptr<GaussNewton> optimiser, Vector x);
 
   /// Begins a pass at the present values.
   void begin_pass();

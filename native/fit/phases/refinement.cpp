@@ -20,12 +20,12 @@ constexpr std::array kShares{kFirstShare, kSecondShare};
 
 }  // namespace
 
-Refinement::Refinement(const Problem& problem, const GaussNewton* optimiser, Point point,
+Refinement::Refinement(const Problem& problem, std::unique_ptr<GaussNewton> optimiser, Point point,
                        std::uint64_t seed, int spp, int iteration_spp, RefinementOptions options)
     : options_(options),
-      point_(problem, optimiser, std::move(point.scalars)),
-      fields_(std::move(point.fields)),
       has_jacobians_(optimiser != nullptr),
+      point_(problem, std::move(optimiser), std::move(point.scalars)),
+      fields_(std::move(point.fields)),
       seed_(seed),
       spp_(spp),
       iteration_spp_(iteration_spp) {

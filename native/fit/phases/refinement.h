@@ -45,8 +45,8 @@ class Refinement {
  public:
   /// `problem` must outlive it. Takes instruments from `optimiser`; null: it gathers its own. `fields` are
   /// those at which the photos are rendered.
-  Refinement(const Problem& problem, const GaussNewton* optimiser, Point point, std::uint64_t seed,
-             int spp, int iteration_spp, RefinementOptions options = {});
+  Refinement(const Problem& problem, std::unique_ptr<GaussNewton> optimiser, Point point,
+             std::uint64_t seed, int spp, int iteration_spp, RefinementOptions options = {});
 
   /// These stay at 0; before the first step.
   void hold(const std::vector<AbsentWeight>& absent);
@@ -98,9 +98,9 @@ class Refinement {
   };
 
   RefinementOptions options_;
+  bool has_jacobians_;
   RefinedPoint point_;
   FieldValues fields_;
-  bool has_jacobians_;
   std::size_t photo_ = 0;  ///< the next of this pass
   Ahead ahead_;            ///< likewise
   std::uint64_t seed_;

@@ -76,8 +76,7 @@ std::unique_ptr<Phase> Fit::next_phase() {
     case PhaseKind::kMultiStart:
       return std::make_unique<Descent>(run_);
     case PhaseKind::kDescent:
-      return strategy_.refines ? refinement_of_best(dynamic_cast<const Descent&>(*phase_))
-                               : nullptr;
+      return strategy_.refines ? refinement_of_best(dynamic_cast<Descent&>(*phase_)) : nullptr;
     case PhaseKind::kRefinement:
       if (strategy_.joint)
         return RoughnessProfile::of(
@@ -88,8 +87,8 @@ std::unique_ptr<Phase> Fit::next_phase() {
     case PhaseKind::kRoughnessProfile: {
       const auto& profile = dynamic_cast<const RoughnessProfile&>(*phase_);
       if (!profile.moved()) return nullptr;
-      return std::make_unique<FieldRefinementPhase>(run_, profile.fields(), &profile.instruments(),
-                                                    true);
+      return std::make_unique<FieldRefinementPhase>(
+          run_, profile.fields(), std::make_unique<GaussNewton>(profile.instruments()), true);
     }
     case PhaseKind::kComparison:
       // At the bottom of its basin an alternative may win or lose. The instruments of other values say
@@ -104,12 +103,12 @@ std::unique_ptr<Phase> Fit::next_phase() {
   return nullptr;
 }
 
-std::unique_ptr<Phase> Fit::refinement_of_best(const Descent& descent) {
+std::unique_ptr<Phase> Fit::refinement_of_best(Descent& descent) {
   if (const JointGaussNewton* joint = descent.joint())
     return std::make_unique<FieldRefinementPhase>(run_, joint->field_solver(),
-                                                  descent.gauss_newton());
+                                                  std::make_unique<GaussNewton>(joint->scalars()));
   return std::make_unique<RefinementPhase>(run_, minima_, Alternative{run_.result.best},
-                                           descent.gauss_newton());
+                                           descent.hand_over_gauss_newton());
 }
 
 }  // namespace selenite

@@ -64,7 +64,7 @@ class Fit {
   void enter(std::unique_ptr<Phase> phase);
   /// The phase after the present one; null where the fit is over, with the reason in the result.
   std::unique_ptr<Phase> next_phase();
-  std::unique_ptr<Phase> refinement_of_best(const Descent& descent);
+  std::unique_ptr<Phase> refinement_of_best(Descent& descent);
   std::unique_ptr<Phase> phase_to_restore(PhaseKind kind);
 
   Fit(std::shared_ptr<FitProblem> problem);

@@ -25,7 +25,7 @@ void GaussNewton::members(SavedState& state) {
 
 Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   const Vector u = reparametrization_.from_values(x);
-  const std::vector<Halves> halves = begin_step(x, seen);
+  const std::vector<Halves> halves = begin_step(seen);
   const NoisyLoss loss = weights().loss(seen, halves);
   if (damping_.rejects(loss)) {
     accepted_.pop_back();
@@ -33,7 +33,7 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   }
   damping_.accept(damping_.least(done()));
   const double keep = damping_.kept() * (1 - options_.aging / iteration_);
-  const double jacobian_kept = add_jacobians(seen, halves);
+  const double jacobian_kept = add_jacobians(x, seen);
   join(measure(seen, halves), u, keep);
   damping_.note_loss(loss, u);
   return end_step(u, bounded_step(u), seen, jacobian_kept);
@@ -48,10 +48,8 @@ Vector GaussNewton::step_by_residuals(const Vector& x, std::span<const Observati
   return problem_->unknowns.project(reparametrization_.to_values(u + bounded_step(u, true).step));
 }
 
-std::vector<Halves> GaussNewton::begin_step(const Vector& x, std::span<const Observation> seen) {
-  const Vector slope = reparametrization_.slope(x);
-  std::vector<Halves> halves;
-  for (const Observation& one : seen) halves.push_back(split_halves(*problem_, one, slope));
+std::vector<Halves> GaussNewton::begin_step(std::span<const Observation> seen) {
+  std::vector<Halves> halves = residual_halves(*problem_, seen);
   ++iteration_;
   converged_ = false;
   follow_weights();
@@ -69,11 +67,12 @@ void GaussNewton::follow_weights() {
       instruments_[i] = InstrumentalVariables(options_.instruments);
 }
 
-double GaussNewton::add_jacobians(std::span<const Observation> seen,
-                                  const std::vector<Halves>& halves) {
+double GaussNewton::add_jacobians(const Vector& x, std::span<const Observation> seen) {
   const double keep = std::max(damping_.kept(), options_.least_jacobian_kept);
-  for (std::size_t v = 0; v < seen.size(); ++v)
-    instruments_[static_cast<std::size_t>(seen[v].photo)].add(halves[v], keep);
+  const Vector slope = reparametrization_.slope(x);
+  for (const Observation& one : seen)
+    instruments_[static_cast<std::size_t>(one.photo)].add(split_halves(*problem_, one, slope),
+                                                          keep);
   return keep;
 }
 

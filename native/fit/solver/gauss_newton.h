@@ -93,8 +93,8 @@ class GaussNewton final : public ResidualOptimiser {
 
   // The parts of a step, for `JointGaussNewton`. Each `step` calls them in this order.
 
-  /// Begins an iteration; returns the halves of its renders.
-  std::vector<Halves> begin_step(const Vector& x, std::span<const Observation> seen);
+  /// Begins an iteration; returns the residuals of its renders.
+  std::vector<Halves> begin_step(std::span<const Observation> seen);
   DampingControl& damping() { return damping_; }
   const DampingControl& damping() const { return damping_; }
   /// Share of the iterations that is over. Those beyond the planned ones begin anew: they are made
@@ -105,8 +105,9 @@ class GaussNewton final : public ResidualOptimiser {
         problem_->goes_on && iteration_ > planned ? (iteration_ - 1) % planned + 1 : iteration_;
     return over / static_cast<double>(planned);
   }
-  /// The halves' Jacobians join the instruments. Returns the share of the older ones that is kept.
-  double add_jacobians(std::span<const Observation> seen, const std::vector<Halves>& halves);
+  /// The Jacobians of the renders at x join the instruments, photo by photo: those of all take more memory
+  /// than the instruments. Returns the share of the older ones that is kept.
+  double add_jacobians(const Vector& x, std::span<const Observation> seen);
   /// Whether there are instruments of all photos.
   bool has_instruments() const;
   InstrumentalVariables::Set instruments(std::size_t i,

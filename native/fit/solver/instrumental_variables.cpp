@@ -11,7 +11,7 @@
 namespace selenite {
 
 void InstrumentalVariables::members(SavedState& state) {
-  state(parts_[0], parts_[1], adds_, picture_a_, picture_b_, picture_weight_);
+  state(rows_, parts_[0], parts_[1], adds_, picture_a_, picture_b_, picture_weight_);
 }
 
 void InstrumentalVariables::Part::members(SavedState& state) {
@@ -22,14 +22,10 @@ void InstrumentalVariables::add(const Halves& halves, double keep, double weight
   const float kept = static_cast<float>(keep), fresh = static_cast<float>(weight);
   const Eigen::Index columns = halves.jacobian_a.cols();
   adds_.resize(static_cast<std::size_t>(columns));
+  rows_ = halves.jacobian_a.rows();
   for (Part& part : parts_) {
-    if (part.weight.size() == 0) {
-      part.a = part.b = Jacobian::Zero(halves.jacobian_a.rows(), columns);
-      part.weight = Eigen::VectorXd::Zero(columns);
-    }
-    if (halves.direct_a.size() > 0 && part.direct_a.size() == 0)
-      part.direct_a = part.direct_b = Jacobian::Zero(halves.jacobian_a.rows(), columns);
-    for (Jacobian* sums : {&part.a, &part.b, &part.direct_a, &part.direct_b}) *sums *= kept;
+    if (part.weight.size() == 0) part.weight = Eigen::VectorXd::Zero(columns);
+    for (ColumnSums* sums : {&part.a, &part.b, &part.direct_a, &part.direct_b}) sums->scale(kept);
     part.weight *= keep;
   }
   picture_a_ *= kept;
@@ -42,14 +38,15 @@ void InstrumentalVariables::add(const Halves& halves, double keep, double weight
     int& adds = adds_[static_cast<std::size_t>(k)];
     Part& now = parts_[static_cast<std::size_t>((adds + 1) / 2 % 2)];
     ++adds;
-    now.a.col(k) += fresh * halves.jacobian_a.col(k);
-    now.b.col(k) += fresh * halves.jacobian_b.col(k);
+    const int channel = halves.channel.size() > 0 ? halves.channel[k] : -1;
+    now.a.add(k, fresh, halves.jacobian_a.col(k), channel);
+    now.b.add(k, fresh, halves.jacobian_b.col(k), channel);
     if (halves.direct_a.size() > 0 && (halves.direct_a.col(k).array() != 0).any()) {
-      now.direct_a.col(k) += fresh * halves.direct_a.col(k);
-      now.direct_b.col(k) += fresh * halves.direct_b.col(k);
-    } else if (now.direct_a.size() > 0) {
+      now.direct_a.add(k, fresh, halves.direct_a.col(k), channel);
+      now.direct_b.add(k, fresh, halves.direct_b.col(k), channel);
+    } else {
       for (Part& part : parts_)  // they would be the share of a part of the sums
-        for (Jacobian* sums : {&part.direct_a, &part.direct_b}) sums->col(k).setZero();
+        for (ColumnSums* sums : {&part.direct_a, &part.direct_b}) sums->clear(k);
     }
     now.weight[k] += weight;
   }
@@ -68,7 +65,7 @@ InstrumentalVariables::Set InstrumentalVariables::all(const SlotLayout& layout, 
                                                       const Progress* progress, Denoising denoising,
                                                       int threads) const {
   Set set{means(&Part::a), means(&Part::b)};
-  const std::array<std::pair<Half*, Jacobian Part::*>, 2> halves{
+  const std::array<std::pair<Half*, ColumnSums Part::*>, 2> halves{
       {{&set.a, &Part::a}, {&set.b, &Part::b}}};
   for (const auto& [half, which] : halves) half->filtered = half->slopes;
   const auto columns = static_cast<int>(set.a.slopes.cols());
@@ -104,23 +101,23 @@ InstrumentalVariables::Set InstrumentalVariables::plain() const {
   return set;
 }
 
-InstrumentalVariables::Half InstrumentalVariables::means(Jacobian Part::*which) const {
+InstrumentalVariables::Half InstrumentalVariables::means(ColumnSums Part::*which) const {
   const auto& [first, second] = parts_;
-  const Eigen::Index rows = (first.*which).rows(), columns = (first.*which).cols();
   Half result;
-  for (Jacobian* one : {&result.slopes, &result.noise}) one->setZero(rows, columns);
-  for (Eigen::Index k = 0; k < columns; ++k) {
+  for (Jacobian* one : {&result.slopes, &result.noise}) one->setZero(rows_, first.weight.size());
+  for (Eigen::Index k = 0; k < first.weight.size(); ++k) {
     const double all = first.weight[k] + second.weight[k];
     if (all == 0) continue;  // no picture had it yet
-    result.slopes.col(k) =
-        ((first.*which).col(k) + (second.*which).col(k)) / static_cast<float>(all);
+    const Eigen::VectorXf in_first = (first.*which).column(k, rows_);
+    const Eigen::VectorXf in_second = (second.*which).column(k, rows_);
+    result.slopes.col(k) = (in_first + in_second) / static_cast<float>(all);
     if (first.weight[k] == 0 || second.weight[k] == 0) {
       result.noise.col(k) = result.slopes.col(k);  // nothing is known of it yet
       continue;
     }
     // Their difference has the variance 1 / w1 + 1 / w2, the mean of all 1 / (w1 + w2).
-    result.noise.col(k) = ((first.*which).col(k) / static_cast<float>(first.weight[k]) -
-                           (second.*which).col(k) / static_cast<float>(second.weight[k])) *
+    result.noise.col(k) = (in_first / static_cast<float>(first.weight[k]) -
+                           in_second / static_cast<float>(second.weight[k])) *
                           static_cast<float>(std::sqrt(share(k)));
   }
   return result;
@@ -132,7 +129,7 @@ double InstrumentalVariables::share(Eigen::Index k) const {
 }
 
 Eigen::VectorXf InstrumentalVariables::filtered(const SlotLayout& layout, const Photo& photo,
-                                                Jacobian Part::*which,
+                                                ColumnSums Part::*which,
                                                 const Eigen::VectorXf& importance, Eigen::Index k,
                                                 Share of) const {
   const auto& [first, second] = parts_;
@@ -148,15 +145,15 @@ Eigen::VectorXf InstrumentalVariables::filtered(const SlotLayout& layout, const 
                              channel, importance, options_.filter);
 }
 
-Eigen::VectorXf InstrumentalVariables::sum(const Part& part, Jacobian Part::*which, Eigen::Index k,
-                                           Share share) {
-  const Jacobian& direct = which == &Part::a ? part.direct_a : part.direct_b;
-  if (share == Share::kDirect) return direct.col(k);
-  if (direct.size() == 0) return (part.*which).col(k);
-  return (part.*which).col(k) - direct.col(k);
+Eigen::VectorXf InstrumentalVariables::sum(const Part& part, ColumnSums Part::*which,
+                                           Eigen::Index k, Share share) const {
+  const ColumnSums& direct = which == &Part::a ? part.direct_a : part.direct_b;
+  if (share == Share::kDirect) return direct.column(k, rows_);
+  if (direct.is_zero(k)) return (part.*which).column(k, rows_);
+  return (part.*which).column(k, rows_) - direct.column(k, rows_);
 }
 
-float InstrumentalVariables::confirmed(const Eigen::VectorXf& filtered, Jacobian Part::*other,
+float InstrumentalVariables::confirmed(const Eigen::VectorXf& filtered, ColumnSums Part::*other,
                                        const Eigen::VectorXf& importance, Eigen::Index k) const {
   const auto& [first, second] = parts_;
   const Eigen::VectorXf slope =
@@ -167,7 +164,7 @@ float InstrumentalVariables::confirmed(const Eigen::VectorXf& filtered, Jacobian
   return std::clamp(importance.dot(filtered.cwiseProduct(slope)) / power, 0.f, 1.f);
 }
 
-void InstrumentalVariables::clear(Jacobian Part::*which, const Eigen::VectorXf& importance,
+void InstrumentalVariables::clear(ColumnSums Part::*which, const Eigen::VectorXf& importance,
                                   const Eigen::VectorXf& indirect, Half& half,
                                   Eigen::Index k) const {
   if (share(k) == 0) return;
@@ -185,13 +182,11 @@ void InstrumentalVariables::clear(Jacobian Part::*which, const Eigen::VectorXf& 
 }
 
 bool InstrumentalVariables::has_direct(Eigen::Index k) const {
-  return std::ranges::any_of(parts_, [&](const Part& part) {
-    return part.direct_a.size() > 0 && (part.direct_a.col(k).array() != 0).any();
-  });
+  return std::ranges::any_of(parts_, [&](const Part& part) { return !part.direct_a.is_zero(k); });
 }
 
 void InstrumentalVariables::regress(const SlotLayout& layout, const Photo& photo,
-                                    Jacobian Part::*which, const Eigen::VectorXf& importance,
+                                    ColumnSums Part::*which, const Eigen::VectorXf& importance,
                                     Half& half) const {
   const auto& [first, second] = parts_;
   const auto indirect = [&](const Part& part, Eigen::Index k) {

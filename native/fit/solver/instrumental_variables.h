@@ -10,6 +10,7 @@
 #include "fit/evaluate/wiener_filter.h"
 #include "fit/objective/half_buffers.h"
 #include "fit/problem/saved_state.h"
+#include "fit/solver/column_sums.h"
 
 namespace selenite {
 
@@ -66,34 +67,35 @@ class InstrumentalVariables {
  private:
   /// Each half is in two parts: what they have in common is signal, the rest is noise.
   struct Part {
-    Jacobian a, b;
-    Jacobian direct_a, direct_b;  ///< their direct shares; empty: none is known
-    Eigen::VectorXd weight;       ///< of the columns
+    ColumnSums a, b;
+    ColumnSums direct_a, direct_b;  ///< their direct shares, where they are known
+    Eigen::VectorXd weight;         ///< of the columns
     void members(SavedState& state);
   };
   /// Of a column: what came along more than one surface, or all where nothing is known apart; the rest.
   enum class Share { kIndirect, kDirect };
   /// A share of column k of a half, summed over a part.
-  static Eigen::VectorXf sum(const Part& part, Jacobian Part::*which, Eigen::Index k, Share share);
+  Eigen::VectorXf sum(const Part& part, ColumnSums Part::*which, Eigen::Index k, Share share) const;
   bool has_direct(Eigen::Index k) const;
   /// Puts `indirect`, what is known of a half's column without its direct share, in the place of as much of that
   /// share's mean as is noise.
-  void clear(Jacobian Part::*which, const Eigen::VectorXf& importance,
+  void clear(ColumnSums Part::*which, const Eigen::VectorXf& importance,
              const Eigen::VectorXf& indirect, Half& half, Eigen::Index k) const;
   /// The share of a filtered column's power that the other half confirms. What is left is noise.
-  float confirmed(const Eigen::VectorXf& filtered, Jacobian Part::*other,
+  float confirmed(const Eigen::VectorXf& filtered, ColumnSums Part::*other,
                   const Eigen::VectorXf& importance, Eigen::Index k) const;
-  Half means(Jacobian Part::*which) const;
+  Half means(ColumnSums Part::*which) const;
   /// Variance of the mean of column k over that of the difference of the parts.
   double share(Eigen::Index k) const;
   /// A share of column k of a half, clipped and filtered.
-  Eigen::VectorXf filtered(const SlotLayout& layout, const Photo& photo, Jacobian Part::*which,
+  Eigen::VectorXf filtered(const SlotLayout& layout, const Photo& photo, ColumnSums Part::*which,
                            const Eigen::VectorXf& importance, Eigen::Index k, Share of) const;
   /// Blends the filtered columns of a half with their regressions, which count as much as they are noisy.
-  void regress(const SlotLayout& layout, const Photo& photo, Jacobian Part::*which,
+  void regress(const SlotLayout& layout, const Photo& photo, ColumnSums Part::*which,
                const Eigen::VectorXf& importance, Half& half) const;
 
   InstrumentalVariablesOptions options_;
+  Eigen::Index rows_ = 0;
   std::array<Part, 2> parts_;
   std::vector<int> adds_;  ///< to the columns
   /// Render minus photo: sums of the halves, and their weight. Features of half A share no sample with

@@ -17,11 +17,11 @@ JointGaussNewton::JointGaussNewton(const Problem& problem, const Fields& fields,
 
 Vector JointGaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   const Vector u = scalars_.reparametrization().from_values(x);
-  const std::vector<Halves> halves = scalars_.begin_step(x, seen);
+  const std::vector<Halves> halves = scalars_.begin_step(seen);
   add_residuals(seen);
   scalars_.damping().accept(scalars_.damping().least(scalars_.done()));
   const double keep = kept(++joined_);
-  const double jacobian_kept = scalars_.add_jacobians(seen, halves);
+  const double jacobian_kept = scalars_.add_jacobians(x, seen);
   scalars_.join(measure(seen, halves), u, keep);
   const DampedStep step = scalars_.bounded_step(u);
   fields_.advance(step.step);
