@@ -34,6 +34,16 @@ def _cropped(background):
     background.frame_method = "CROP"
 
 
+def _linear(background):
+    """As Blender calls it in this version, which an OpenEXR file has."""
+    name = bpy.data.images.new("Float", 1, 1, float_buffer=True).colorspace_settings.name
+    background.image.colorspace_settings.name = name
+
+
+def _painted(background):
+    background.image.pixels[0] = 0.5
+
+
 CASES = {
     "flipped": lambda item: setattr(item, "use_flip_y", True),
     "turned": lambda item: setattr(item, "rotation", 0.1),
@@ -41,6 +51,9 @@ CASES = {
     "moved": lambda item: setattr(item, "offset", (0, 0.1)),
     "cropped or stretched": _cropped,
     "shown in the colour space Non-Color": _colour_space,
+    "shown in the colour space Linear": _linear,
+    "one of several": lambda item: setattr(item.image, "source", "SEQUENCE"),
+    "changed and not saved": _painted,
 }
 
 
@@ -52,7 +65,34 @@ def test_what_the_camera_shows_otherwise_is_named(tmp_path, how):
     CASES[how](background)
     (problem,) = misplaced_backgrounds(bpy.context.scene)
     assert problem.object == "Camera 'Camera'"
-    assert problem.cause == f"its background image 'photo.png' is {how} in the camera"
+    cause = problem.cause.replace("Linear Rec.709", "Linear")
+    assert cause == f"its background image 'photo.png' is {how} in the camera"
+
+
+def test_an_image_that_the_camera_shows_goes_before_one_that_it_hides(tmp_path):
+    hidden = _scene(tmp_path)
+    hidden.use_flip_x = True
+    hidden.show_background_image = False
+    assert misplaced_backgrounds(bpy.context.scene)  # there is no other
+    clip = bpy.context.scene.camera.data.background_images.new()
+    clip.image, clip.source = hidden.image, "MOVIE_CLIP"
+    shown = bpy.context.scene.camera.data.background_images.new()
+    shown.image = bpy.data.images.load(str(made.photo(tmp_path / "other.png")))
+    assert misplaced_backgrounds(bpy.context.scene) == []
+    (capture,) = captures_of(bpy.context.scene)
+    assert capture.photo == str(tmp_path / "other.png")
+
+
+def test_a_photo_of_linear_light_is_shown_in_a_linear_space(tmp_path):
+    background = _scene(tmp_path)
+    image = bpy.data.images.new("Light", 32, 24, float_buffer=True)
+    image.filepath_raw, image.file_format = str(tmp_path / "light.exr"), "OPEN_EXR"
+    image.save()
+    background.image = bpy.data.images.load(str(tmp_path / "light.exr"))
+    assert misplaced_backgrounds(bpy.context.scene) == []
+    background.image.colorspace_settings.name = "sRGB"
+    (problem,) = misplaced_backgrounds(bpy.context.scene)
+    assert "shown in the colour space sRGB" in problem.cause
 
 
 def test_a_fit_refuses_it_unless_the_photo_is_named(tmp_path, capsys):

@@ -157,6 +157,17 @@ def test_what_is_not_read_of_a_gltf_is_named(tmp_path, capsys):
     assert "the texture 'nowhere.png' is not there" in said
 
 
+def test_a_gltf_of_metal_and_factors_above_1_are_named(tmp_path, capsys):
+    def edit(content):
+        shown = content["materials"][0].setdefault("pbrMetallicRoughness", {})
+        shown |= {"baseColorFactor": [1.5, 0.5, 0.5, 1], "metallicFactor": 1}
+
+    words, _ = written(tmp_path, "box.gltf", edit=edit)
+    said = " ".join(opened(capsys, words, tmp_path)[0]["warnings"])
+    assert "factors of its base colour above 1 are cut off" in said
+    assert "its base colour alone is read; not read: Metallic" in said
+
+
 def written_obj(folder, library="newmtl Skin\nKd 1 1 1\nmap_Kd skin.png\n", obj="", name="box.mtl"):
     reconstructed.written(folder)
     texels = np.random.default_rng(2).uniform(0.05, 0.95, (4, 4, 3)).astype(np.float32)
@@ -222,6 +233,26 @@ def test_the_colour_of_an_obj_is_its_base_colour(tmp_path, capsys):
     socket = next(n for n in nodes if "Base Color" in n.inputs).inputs["Base Color"]
     assert tuple(socket.default_value)[:3] == pytest.approx((0.5, 0.25, 0.8), abs=1e-6)
     assert "material 'Skin': its transparency (d 0.5) is not read" in report["warnings"]
+
+
+UNREAD = {
+    "Kd xyz 0.2 0.7 0.3": "its Kd xyz 0.2 0.7 0.3 is not read: its faces are white",
+    "Kd spectral skin.rfl 1": "its Kd spectral skin.rfl 1 is not read: its faces are white",
+    "Kd 0.5 nan 0.5": "its Kd 0.5 nan 0.5 is not read: its faces are white",
+    "Kd 2 0.5 0.5": "its Kd 2 0.5 0.5 is not read: its faces are white",
+    "map_Ka skin.png": "it has neither Kd nor map_Kd: its faces are white",
+    "Kd 0.5 0.5 0.5\nKe 1 0.5 0.2": "its Ke 1 0.5 0.2 is not read",
+    "Kd 0.5 0.5 0.5\nPm 1": "its Pm 1 is not read",
+    "Kd 0.5 0.5 0.5\nKe 0 0 0\nPm 0.0": "",
+    "map_Kd skin.png\nKd xyz 1 1 1": "",
+}
+
+
+@pytest.mark.parametrize("library", UNREAD)
+def test_what_is_not_read_of_an_obj_is_named(library, tmp_path, capsys):
+    report, _, _ = opened(capsys, written_obj(tmp_path, f"newmtl Skin\n{library}\n"), tmp_path)
+    said = [text for text in report["warnings"] if text.startswith("material 'Skin'")]
+    assert said == [f"material 'Skin': {text}" for text in [UNREAD[library]] if text]
 
 
 def test_a_normal_that_is_no_number_is_that_of_the_face(tmp_path, capsys):

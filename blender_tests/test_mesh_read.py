@@ -104,3 +104,14 @@ def test_faces_of_a_vertex_that_is_nowhere_are_left_out_with_a_warning(number):
         f"Object 'Cube': {left} triangles with vertices that are not finite are left out, as in "
         "Cycles"
     ]
+
+
+@pytest.mark.parametrize(("place", "named"), [(1e3, False), (1e6, True)])
+def test_triangles_that_reach_far_away_are_named(place, named):
+    bpy.ops.mesh.primitive_cube_add(size=0.5)
+    bpy.context.object.data.vertices[0].co.x = place
+    bpy.ops.mesh.primitive_plane_add(size=1e7)  # large, and not long
+    said = made.read().warnings
+    triangles = " of its triangles are 30000 times as long as others"  # of three quads
+    expected = [f"Object 'Cube': {count}{triangles}" for count in range(3, 7)]
+    assert [text.partition(": Cycles")[0] in expected for text in said] == ([True] * named)

@@ -104,6 +104,38 @@ def test_attributes_are_those_of_cycles(bumpy, kind, domain):
         assert bumpy.difference(_given("Own", output), share) < EXACT, output
 
 
+@pytest.mark.skipif(bpy.app.version < (4, 1, 0), reason="Cycles 3 does not show vertex groups")
+def test_vertex_groups_are_those_of_cycles(bumpy):
+    body = bpy.data.objects["Body"]
+    body.modifiers.clear()
+    group = body.vertex_groups.new(name="Group")
+    for vertex in body.data.vertices:
+        if vertex.index % 4:
+            group.add([vertex.index], (vertex.index % 5) / 5, "REPLACE")
+    for output in ("Color", "Fac", "Alpha"):
+        assert bumpy.difference(_given("Group", output), 0.97) < EXACT, output
+
+
+def test_tangents_of_a_uv_map_are_an_attribute_of_its_name(bumpy):
+    bpy.data.objects["Body"].modifiers.clear()
+    for output in ("Color", "Fac", "Alpha"):
+        assert bumpy.difference(_given("UVMap.tangent", output), 0.9) < EXACT, output
+
+
+@pytest.mark.parametrize(("most", "count"), [(1.0, 0), (1.5, 1)])
+def test_colours_beyond_their_parameter_are_named_without_a_graph(most, count):
+    made.studio()
+    mesh = bpy.data.objects["Body"].data
+    for item in mesh.attributes.new("Own", "FLOAT", "POINT").data:
+        item.value = most
+    node = mesh.materials[0].node_tree.nodes.new("ShaderNodeAttribute")
+    node.attribute_name = "Own"
+    made.link(mesh.materials[0], node.outputs["Color"])
+    said = [text for text in made.read().warnings if "cut off" in text]
+    assert len(said) == count
+    assert all("values of colour attribute 'Own' above 1 are cut off" in text for text in said)
+
+
 @pytest.mark.parametrize(
     "name", ["generated", "pointiness", "random_per_island", "uv", "vertex_color", "N", "position"]
 )

@@ -18,6 +18,7 @@ from command_line import command
 from pressed_buttons import TIMER, Pressed
 
 from selenite import native
+from selenite.atomic_files import partial_name
 from selenite.fit import checkpoint
 from selenite.report import results
 
@@ -93,17 +94,18 @@ def test_a_record_that_cannot_be_written_ends_no_fit(words, tmp_path, capsys, mo
 
 
 class Job:
-    """A fit; its whole state is there at once when it is asked for."""
+    """A fit; its whole state is there at once when it is asked for, as if that took `seconds`."""
 
-    def __init__(self):
-        self.written = None
+    def __init__(self, seconds=0.0):
+        self.written, self.seconds, self.asked = None, seconds, 0
 
     def progress_or_failure(self):
         return SimpleNamespace(running=True, iteration=7, seconds=1.5)
 
     def request_state(self, file):
         file.write_bytes(b"state")
-        self.written = SimpleNamespace(file=file, seconds=0.0)
+        self.written = SimpleNamespace(file=file, seconds=self.seconds)
+        self.asked += 1
 
     def take_state(self):
         taken, self.written = self.written, None
@@ -127,6 +129,37 @@ def test_the_record_is_written_once_there_is_room(tmp_path, monkeypatch):
     run = checkpoint.load(tmp_path / "run")
     assert (run.state.file.read_bytes(), run.state.seconds) == (b"state", 1.5)
     assert not list((tmp_path / "run").glob("*.partial")), "the one that found no room"
+
+
+def test_states_that_take_long_are_seldom_written(tmp_path, monkeypatch):
+    from test_resume import plan_of
+
+    plan, now = plan_of(tmp_path), 0.0
+    monkeypatch.setattr(checkpoint, "time", SimpleNamespace(monotonic=lambda: now))
+    asked = {}
+    for seconds in (0.0, 10.0):
+        now, job = 0.0, Job(seconds)
+        recorder = checkpoint.Recorder(tmp_path / f"run{seconds}", plan.request)
+        while now < 601:
+            recorder.update(job)
+            now += 1
+        asked[seconds] = job.asked
+    # every 15 s and those that an update takes to see it; every 300 s
+    assert 30 <= asked[0.0] <= 41
+    assert asked[10.0] == 2
+
+
+def test_states_that_a_killed_process_left_go(tmp_path):
+    from test_resume import plan_of
+
+    plan, job = plan_of(tmp_path), Job()
+    recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
+    left = partial_name(tmp_path / "run" / "state.json")
+    left.write_bytes(b"sta")
+    recorder.update(job, now=True)  # asks for the first
+    recorder.update(job, now=True)
+    assert not left.exists()
+    assert checkpoint.load(tmp_path / "run").state.file.read_bytes() == b"state"
 
 
 def test_on_a_full_disk_the_values_come_out(words, tmp_path):

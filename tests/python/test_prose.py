@@ -1,18 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The guide, the README and the changelog: short sentences in the terms of the field, counted."""
+"""The guide, the README, the changelog and the command line: short sentences in the terms of the
+field, counted."""
 
 from __future__ import annotations
 
+import argparse
 import re
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "devtools"))
+sys.path[:0] = [str(ROOT / "devtools"), str(Path(__file__).parent)]
+
+from message_texts import messages  # noqa: E402
 
 import generated_part  # noqa: E402
+from selenite.cli import build_parser  # noqa: E402
 
 GUIDE = sorted((ROOT / "docs" / "guide").glob("*.md"))
 README = ROOT / "README.md"
@@ -102,6 +108,27 @@ def test_sentences_are_short_on_average(pages: str) -> None:
     counts = [words(item) for path in paths for item in sentences(_read(path))]
     assert counts
     assert sum(counts) / len(counts) <= longest_mean
+
+
+def _helps(parser: argparse.ArgumentParser) -> Iterator[str]:
+    """Descriptions of options and groups, of all commands."""
+    yield from (group.description or "" for group in parser._action_groups if group.title != "")
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for command in action.choices.values():
+                yield from _helps(command)
+        elif action.help and action.help != argparse.SUPPRESS:
+            yield action.help
+
+
+def test_sentences_of_the_command_line_are_as_short() -> None:
+    _, longest_mean, longest = PROSE["guide"]
+    helps = [text for text in _helps(build_parser()) if "\n" not in text]
+    texts = helps + [text for found in messages().values() for text in found]
+    counts = {item: words(item) for text in texts for item in _END.split(text) if words(item)}
+    assert len(counts) > 300
+    assert not [item for item, count in counts.items() if count > longest]
+    assert sum(counts.values()) / len(counts) <= longest_mean
 
 
 def test_the_guide_is_short() -> None:

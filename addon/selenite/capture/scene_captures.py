@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from pathlib import PurePath
+from typing import TYPE_CHECKING
 
 import bpy
 
@@ -15,12 +16,17 @@ from .panel_rows import values_of_row
 from .request import CaptureRequest, with_ids
 from .value_kinds import PACKED
 
+if TYPE_CHECKING:
+    from ..scene_read.hosts import BpyStruct
+
 #: Differences in placement that nobody sees, and of shapes that are the same but for rounding.
 _STILL, _SAME_SHAPE = 1e-4, 0.01
+#: Formats of files that hold light as it is.
+_LINEAR_FILES = frozenset({"OPEN_EXR", "OPEN_EXR_MULTILAYER", "HDR"})
 
 
 def captures_of(scene: bpy.types.Scene) -> list[CaptureRequest]:
-    """The scene's captures, or else the first background image of each camera."""
+    """The scene's captures, or else a background image of each camera."""
     settings = getattr(scene, "selenite", None)
     rows = [row for row in settings.captures if row.enabled] if settings is not None else []
     names = {item: name for name, item in named_cameras(scene).items()}
@@ -28,10 +34,17 @@ def captures_of(scene: bpy.types.Scene) -> list[CaptureRequest]:
         return [_of_row(row, names) for row in rows]
     found = []
     for camera, name in names.items():
-        background = next((item for item in camera.data.background_images if item.image), None)
+        background = photo_of(camera)
         if background is not None:
             found.append(CaptureRequest(name, photo_name(background.image), ""))
     return found
+
+
+def photo_of(camera: bpy.types.Object) -> BpyStruct | None:
+    """The first background image that the camera shows, or else the first that it has."""
+    data: BpyStruct = camera.data
+    images = [item for item in data.background_images if item.source == "IMAGE" and item.image]
+    return next((item for item in images if item.show_background_image), next(iter(images), None))
 
 
 def misplaced_backgrounds(scene: bpy.types.Scene) -> list[Problem]:
@@ -42,7 +55,7 @@ def misplaced_backgrounds(scene: bpy.types.Scene) -> list[Problem]:
         return []
     found = []
     for camera, name in {item: name for name, item in named_cameras(scene).items()}.items():
-        background = next((item for item in camera.data.background_images if item.image), None)
+        background = photo_of(camera)
         if background is not None and (how := _how_shown(background, camera, scene)):
             cause = f"its background image '{background.image.name}' is {how} in the camera"
             cure = (
@@ -58,8 +71,8 @@ def _how_shown(
 ) -> str:
     """What of the placement or colour is not as the file is; empty if all is."""
     image = background.image
-    known = hosts.is_srgb(image) or hosts.is_linear(image) and not hosts.is_data(image)
     width, height = image.size
+    known = not width * height or _has_space_of_file(image)
     settings = scene.render
     wide = settings.resolution_x * settings.pixel_aspect_x
     high = settings.resolution_y * settings.pixel_aspect_y
@@ -71,8 +84,18 @@ def _how_shown(
         "moved": max(abs(background.offset[0]), abs(background.offset[1])) > _STILL,
         "cropped or stretched": background.frame_method != "FIT" and not fits,
         f"shown in the colour space {image.colorspace_settings.name}": not known,
+        "one of several": image.source in {"SEQUENCE", "MOVIE", "TILED"},
+        "changed and not saved": image.is_dirty,
     }
     return " and ".join(what for what, is_so in found.items() if is_so)
+
+
+def _has_space_of_file(image: bpy.types.Image) -> bool:
+    """Whether it is shown in the colour space that its file is read in."""
+    is_linear = hosts.is_linear(image) and not hosts.is_data(image)
+    if image.file_format in _LINEAR_FILES:
+        return is_linear
+    return hosts.is_srgb(image) or is_linear and image.file_format == "TIFF" and image.is_float
 
 
 def capture_of_row(row: bpy.types.PropertyGroup, scene: bpy.types.Scene) -> CaptureRequest:

@@ -70,9 +70,8 @@ def remark(
     return message(
         "suspicion.photo-up-border-scene",
         "Photo '{photo}': {mean} of it, up to its border, is {what}, and the "
-        "scene renders {render} there: a background that is not in the scene "
-        "counts as if it were; give a mask, 'silhouette', or 'background': "
-        '"border"',
+        "scene renders {render} there: that background counts; give a mask, "
+        "'silhouette', or 'background': \"border\"",
         photo=capture.photo,
         mean=f"{behind.mean():.0%}",
         what=what,

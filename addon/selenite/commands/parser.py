@@ -189,9 +189,8 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--start", **many, metavar="OWNER:PARAM=V[,V,V]|RESULT", help=start)
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI", help="of each channel")
     grid = (
-        "voxels along a grid's longest side, or a .npy or .vol file to start from; of an image, "
-        "such as base_color_texture, texels along each side, or a picture; new: a new colour "
-        "attribute for vertex_colors"
+        "voxels along a grid's longest side, texels along each side of an image, or a file to "
+        "start from (.npy, .vol, a picture); new: a new colour attribute for vertex_colors"
     )
     add("--grid", **many, metavar="OWNER:FIELD=N|FILE|new", help=grid)
     unseen = "texels or vertices that no photo sees stay as they were, or are filled from around"

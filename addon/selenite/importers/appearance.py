@@ -138,6 +138,8 @@ class _OfGltf(Appearances):
         said = []
         if len(set(found.images)) > 1:
             said.append(f"material '{name}': of its textures of colour only the first is used")
+        if max(found.color) > 1:
+            said.append(f"material '{name}': factors of its base colour above 1 are cut off")
         if found.unread:
             nodes = ", ".join(f"'{shortened(node)}'" for node in found.unread)
             said.append(

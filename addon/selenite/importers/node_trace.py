@@ -20,8 +20,8 @@ _LEFT_OUT = (
 )  # fmt: skip
 #: Those of them whose value without a link is another material as well.
 _VALUES = {
-    "Alpha": 1.0, "Transmission Weight": 0.0, "Transmission": 0.0, "Coat Weight": 0.0,
-    "Clearcoat": 0.0,
+    "Alpha": 1.0, "Metallic": 0.0, "Transmission Weight": 0.0, "Transmission": 0.0,
+    "Coat Weight": 0.0, "Clearcoat": 0.0,
 }  # fmt: skip
 
 

@@ -37,6 +37,8 @@ _REPORTED = (
     "map_ke",
     "map_ns",
 )
+#: Numbers that other materials have as 0: light of their own, metal, sheen, coat.
+_ZERO = ("ke", "pm", "ps", "pc")
 
 
 @dataclass(frozen=True)
@@ -100,9 +102,14 @@ class _Library:
         self._file, self._remarks = file, remarks
         self.materials: dict[str, ObjMaterial] = {}
         self._name = ""
+        self._colored: set[str] = set()
         for line in (text for _, text in lines_of(file) if text):
             word, *rest = line.decode("utf-8", "replace").split(None, 1)
             self._read(word.lower(), rest[0] if rest else "")
+        for name in self.materials:
+            if name not in self._colored:
+                self._name = name
+                self._say("it has neither Kd nor map_Kd: its faces are white")
 
     def _read(self, word: str, rest: str) -> None:
         if word == "newmtl":
@@ -111,9 +118,14 @@ class _Library:
         elif self._name not in self.materials:
             return
         elif word == "kd":
+            self._colored.add(self._name)
             self._set_color(rest)
         elif word == "map_kd" and rest:
+            self._colored.add(self._name)
             self._set_picture(rest)
+        elif word in _ZERO:
+            if any(float(number) != 0 for number in _leading_numbers(rest.split())):
+                self._say(f"its {word.capitalize()} {shortened(rest)} is not read")
         elif word in _REPORTED and rest:
             self._say(f"its {word} is not read")
         elif word in ("d", "tr"):
@@ -127,10 +139,14 @@ class _Library:
     def _set_color(self, rest: str) -> None:
         try:
             red, green, blue = (float(part) for part in (rest.split() * 3)[:3])
-        except ValueError:  # spectral, or broken: white
+            is_color = all(0 <= part <= 1 for part in (red, green, blue))
+        except ValueError:  # spectral, or broken
+            is_color = False
+        if self.materials[self._name].shown.texture is not None:
             return
-        before = self.materials[self._name]
-        if before.shown.texture is None and all(0 <= part <= 1 for part in (red, green, blue)):
+        if not is_color:
+            self._say(f"its Kd {shortened(rest)} is not read: its faces are white")
+        else:
             self.materials[self._name] = ObjMaterial(
                 MeshMaterial(self._name, None, color=(red, green, blue))
             )

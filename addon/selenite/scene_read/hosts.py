@@ -244,6 +244,11 @@ def splits_faces() -> bool:
     return (4, 1, 0) <= bpy.app.version < (5, 1, 0)
 
 
+def shows_groups() -> bool:
+    """Whether Cycles takes vertex groups for attributes."""
+    return bpy.app.version >= (4, 1, 0)
+
+
 def corner_normals(mesh: BpyStruct, corners: np.ndarray) -> np.ndarray:
     """(len(corners), 3) float32 normals of the corners of a mesh whose faces are split."""
     if hasattr(mesh, "corner_normals"):  # from 4.1 on

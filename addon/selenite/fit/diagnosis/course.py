@@ -184,8 +184,8 @@ def loss_flat(history: History) -> list[str]:
         message(
             "course.loss-not-fallen-iterations",
             "The loss has not fallen in {iteration} iterations ({first} at first, {now} "
-            "now): the fitted parameters do not explain the difference; compare photo and "
-            "render, and check camera, light and the pairs of photo and camera",
+            "now): the fitted parameters do not explain the difference; check camera, light "
+            "and pairs of photo and camera",
             iteration=iteration[-1],
             first=f"{loss[0]:.3g}",
             now=f"{loss[-1]:.3g}",
@@ -407,10 +407,9 @@ def hidden_loss(history: History, views: Sequence[View]) -> list[str]:
     return [
         message(
             "course.noise-hides-loss-at",
-            "Noise hides the loss: {first} at first and {now} after {iteration} "
-            "iterations, both known to {error} only, and some values are not known;"
-            " take four times the samples or larger pictures (Draft has few of "
-            "both, to check the set-up)",
+            "Noise hides the loss: {first} at first, {now} after {iteration} iterations, "
+            "both known to {error} only; take four times the samples or larger pictures "
+            "(Draft has few of both)",
             first=f"{loss[0]:.2g}",
             now=f"{loss[-1]:.2g}",
             iteration=iteration[-1],

@@ -101,9 +101,9 @@ def _of_gains(values: SceneValues, captures: Sequence[Capture], names: Sequence[
         return [
             message(
                 "gauge.gain-every-photo-free-2",
-                "The gain of every photo is free: only the prior of a gain (about 1, within a "
-                "factor of two) holds the brightness, or the color of {names} in the scene if "
-                "it is right. Set the gain of one photo to none",
+                "Every photo's gain is free: only the prior (about 1, within a factor of two) "
+                "holds the brightness, or the color of {names} in the scene if it is right. "
+                "Set the gain of one photo to none",
                 names=listed(known),
             )
         ]

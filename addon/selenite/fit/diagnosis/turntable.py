@@ -45,7 +45,7 @@ def light_turns(views: Sequence[View], azimuths: Mapping[str, float]) -> list[st
             "turntable.side-bright-one-photos",
             "The {side} side is the bright one in {count} photos from all around: "
             "the light turned with the camera, as on a turntable, and that of the "
-            "scene stands still; give each photo the places of its lamps (see "
+            "scene stands still. Give each photo the places of its lamps (see "
             "Lights of Captures in the manual)",
             side=side,
             count=len(known),

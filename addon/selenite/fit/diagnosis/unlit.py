@@ -38,8 +38,8 @@ def light_in_the_dark(views: Sequence[View]) -> list[str]:
         message(
             "unlit.photos-their-bright-level",
             "{count} of {all} photos are {share} of their bright level brighter "
-            "than the render in places that it leaves dark: light comes through the"
-            " body, or light of the room is missing; fit subsurface scattering or a"
+            "in places that the render leaves dark: light comes through the body, or "
+            "light of the room is missing. Fit subsurface scattering or a"
             " medium (see Volumes in the manual), or World:strength",
             count=len(excess),
             all=len(views),

@@ -11,7 +11,7 @@ import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
 
 from ...capture.request import CaptureRequest
-from ...capture.scene_captures import ids_of, pair_by_name
+from ...capture.scene_captures import ids_of, pair_by_name, photo_of
 from ...messages import message
 from ...native import NativeUnavailable
 from ...scene_read.camera import named_cameras
@@ -42,8 +42,8 @@ class SELENITE_OT_add_capture(bpy.types.Operator):
         settings.active_capture = len(settings.captures) - 1
         if context.scene.camera is not None and context.scene.camera not in used:
             row.camera = context.scene.camera
-            backgrounds = row.camera.data.background_images
-            row.photo = next((item.image for item in backgrounds if item.image), None)
+            background = photo_of(row.camera)
+            row.photo = background.image if background is not None else None
         return {"FINISHED"}
 
 

@@ -31,12 +31,13 @@ if TYPE_CHECKING:
     from ..hosts import BpyStruct
 
 MeshVectors = tuple[tuple[str, np.ndarray], ...]
+Groups = dict[str, int]
 
 
-def made(mesh: bpy.types.Mesh, values: MeshValues, names: set[str]) -> MeshVectors:
+def made(mesh: bpy.types.Mesh, values: MeshValues, names: set[str], groups: Groups) -> MeshVectors:
     """The vectors of these names, each (3m, 3); none of a UV map that the mesh has not.
 
-    `mesh`: the evaluated mesh that `values` were read from.
+    `mesh`: the evaluated mesh that `values` were read from, `groups`: see `vertex_groups`.
     """
     found: list[tuple[str, np.ndarray]] = []
     for name in sorted(names):
@@ -51,7 +52,7 @@ def made(mesh: bpy.types.Mesh, values: MeshValues, names: set[str]) -> MeshVecto
             found.append((name, _repeated(_alpha(mesh, name.split(" ", 1)[1], otherwise))))
         elif name.startswith((ATTRIBUTE, FACTOR)):
             kind = attribute if name.startswith(ATTRIBUTE) else _factor
-            vector = kind(mesh, values, name.split(" ", 1)[1])
+            vector = kind(mesh, values, name.split(" ", 1)[1], groups)
             found.append((name, np.zeros_like(values.corner_normals) if vector is None else vector))
         elif name == SHADED:
             found.append((name, _shaded(mesh, values)))
@@ -106,18 +107,39 @@ def _alpha(mesh: bpy.types.Mesh, name: str, otherwise: float) -> np.ndarray:
     return np.take(alpha, places)
 
 
-def attribute(mesh: bpy.types.Mesh, values: MeshValues, name: str) -> np.ndarray | None:
+def vertex_groups(evaluated: bpy.types.Object) -> Groups:
+    """Those of an object that Cycles shows as attributes: name and number."""
+    return {group.name: group.index for group in evaluated.vertex_groups if hosts.shows_groups()}
+
+
+def _weights(mesh: bpy.types.Mesh, number: int) -> np.ndarray:
+    """(n,): of a vertex group; 0 of vertices outside."""
+    found = np.zeros(len(mesh.vertices), np.float32)
+    for vertex in mesh.vertices:
+        for member in vertex.groups:
+            if member.group == number:
+                found[vertex.index] = member.weight
+    return found
+
+
+def attribute(
+    mesh: bpy.types.Mesh, values: MeshValues, name: str, groups: Groups
+) -> np.ndarray | None:
     """(3m, 3) what Cycles makes of any attribute as a vector or colour; None if there is none of
     the name, or one of a kind that is not read.
 
-    `mesh`: the evaluated mesh that `values` were read from.
+    `mesh`: the evaluated mesh that `values` were read from, `groups`: see `vertex_groups`.
     """
     for kind in (values.colors, values.uv_maps):
         if name in dict(kind):
             numbers = dict(kind)[name]
             return np.pad(numbers, ((0, 0), (0, 3 - numbers.shape[1])))
     found: BpyStruct = mesh.attributes.get(name)
-    if found is None or found.data_type not in _READ:
+    if found is None and name in groups:
+        return _at_corners(_repeated(_weights(mesh, groups[name])), values)
+    if found is None:
+        return _tangent(values, name)
+    if found.data_type not in _READ:
         return None
     key, width = _READ[found.data_type]
     if width:
@@ -137,6 +159,13 @@ def attribute(mesh: bpy.types.Mesh, values: MeshValues, name: str) -> np.ndarray
         numbers = np.broadcast_to(numbers, (len(numbers), 3))
     taken = np.take(numbers, places, axis=0)
     return np.ascontiguousarray(np.pad(taken, ((0, 0), (0, 3 - taken.shape[1]))), np.float32)
+
+
+def _tangent(values: MeshValues, name: str) -> np.ndarray | None:
+    """(3m, 3): what Cycles makes beside a UV map and names after it."""
+    uv_map, _, kind = name.rpartition(".")
+    uv = dict(values.uv_maps).get(uv_map)
+    return tangents.of(values, uv)[0] if uv is not None and kind == "tangent" else None
 
 
 #: Data types of attributes that are read: the member with the values, and how many there are, 0 for
@@ -168,9 +197,11 @@ def _at_vertices(mesh: bpy.types.Mesh, of_edges: np.ndarray, kind: str) -> np.nd
     return whole.astype(np.float32)
 
 
-def _factor(mesh: bpy.types.Mesh, values: MeshValues, name: str) -> np.ndarray | None:
+def _factor(
+    mesh: bpy.types.Mesh, values: MeshValues, name: str, groups: Groups
+) -> np.ndarray | None:
     """(3m, 3): the number that Cycles makes of an attribute, the first of two or the mean."""
-    vector = attribute(mesh, values, name)
+    vector = attribute(mesh, values, name, groups)
     if vector is None:
         return None
     found: BpyStruct = mesh.attributes.get(name)

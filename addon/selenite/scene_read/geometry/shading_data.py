@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import bpy
 
+from ... import parameters
 from ...messages import remark
 from ...problems import Problem
 from ..baking.wanted import UV_NAME
 from ..shaders import ISLAND
-from ..values import MeshValues, ObjectFacts, SceneValues
+from ..values import MaterialValues, MeshValues, ObjectFacts, SceneValues
 from . import corner_vectors, mesh
 
 
@@ -34,10 +35,11 @@ def add_vectors(evaluated: bpy.types.Object, index: int, material: str, read: Sc
     if ISLAND in names and (split := corner_vectors.islands_of_split(evaluated, values)):
         islands = split
         names.discard(ISLAND)
+    groups = corner_vectors.vertex_groups(evaluated)
     with mesh.mesh_of(evaluated) as of_blender:
-        vectors = islands + corner_vectors.made(of_blender, values, names)
+        vectors = islands + corner_vectors.made(of_blender, values, names, groups)
         made = {
-            name: corner_vectors.attribute(of_blender, values, name)
+            name: corner_vectors.attribute(of_blender, values, name, groups)
             for name in sorted(colors | uv_maps)
         }
     known = {name: item for name, item in made.items() if item is not None}
@@ -68,6 +70,7 @@ def facts(instance: mesh.Instance) -> ObjectFacts:
 def judge_attributes(title: str, shape: MeshValues, material: str, read: SceneValues) -> None:
     """Whether a mesh has the UV maps and colour attributes that a material of it looks up."""
     values = next(item for item in read.materials if item.name == material)
+    _judge_excess(title, shape, values, read)
     asked = [
         ("UV map" if found.texture is not None else "colour attribute", found.attribute)
         for found in values.maps.values()
@@ -80,6 +83,21 @@ def judge_attributes(title: str, shape: MeshValues, material: str, read: SceneVa
         asked += [("colour attribute", name) for name in values.shader.attributes("color") - both]
     for kind, name in asked:
         _judge_attribute(title, shape, material, (kind, name), read)
+
+
+def _judge_excess(
+    title: str, shape: MeshValues, material: MaterialValues, read: SceneValues
+) -> None:
+    """Whether colours that materials look up without a graph reach beyond their parameters."""
+    limits = {item.name: max(item.upper, 1.0) for item in parameters.of("material")}
+    for name, found in material.maps.items():
+        shown = [item for item in shape.colors if not found.attribute or item[0] == found.attribute]
+        if found.texture is not None or not shown:
+            continue
+        attribute, colors = shown[0]
+        if (colors > limits[name]).any():
+            cause = f"values of colour attribute '{attribute}' above {limits[name]:g} are cut off"
+            read.warn(remark(title, cause))
 
 
 def _judge_attribute(
