@@ -127,10 +127,10 @@ def _fitted(folder: Path) -> dict[str, float]:
     """Values as shares of the interval that the fit searched."""
     (path,) = folder.rglob("result.json")
     shares = {}
-    for item in json.loads(path.read_text(encoding="utf-8"))["parameters"]:
+    for name, item in json.loads(path.read_text(encoding="utf-8"))["parameters"].items():
         values = item["value"] if isinstance(item["value"], list) else [item["value"]]
         for index, value in enumerate(values):
-            shares[f"{item['name']}[{index}]"] = value / (item["maximum"] - item["minimum"])
+            shares[f"{name}[{index}]"] = value / (item["maximum"] - item["minimum"])
     return shares
 
 

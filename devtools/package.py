@@ -180,6 +180,12 @@ def _foreign_wheel(platform: cross.Platform, version: str, python: Path, prefix:
     """As `_wheel`, for a system that does not run here."""
     settings = platform.module_settings(version, prefix).items()
     defined = [f"-Ccmake.define.{name}={value}" for name, value in settings]
+    # One build tree for all Pythons: what does not include Python's headers is compiled once. The
+    # settings are those of this one, and scikit-build-core begins anew where it sees another's.
+    tree = BUILD / f"wheel-{platform.name}"
+    for name in ("CMakeCache.txt", ".skbuild-info.json"):
+        (tree / name).unlink(missing_ok=True)
+    defined.append(f"-Cbuild-dir={tree}")
     # What the wheel's tag is made of: Python takes it for the platform that it runs on.
     env = {"_PYTHON_HOST_PLATFORM": platform.in_python}
     command: list[str | Path] = [python, "-m", "build", "--wheel", "--no-isolation", *defined]

@@ -31,8 +31,8 @@ fit = core.Fit(build(read_scene(bpy.context.scene)), [photo], unknowns, settings
 fit.start()
 fit.join()
 found = fit.result()
-if found.error:
-    raise SystemExit(f"the fit failed: {found.error}")
+if found.stopped in {core.StopReason.ERROR, core.StopReason.CANCELLED}:
+    raise SystemExit(f"the fit failed: {found.stopped_because}")
 shares = {}
 for unknown, (lowest, highest) in zip(unknowns, ((0.001, 0.999), (0.05, 1)), strict=True):
     name = f"{unknown.owner}:{unknown.parameter}"

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <type_traits>
 #include <utility>
 
+#include "math/cpu_seconds.h"
 #include "math/fault.h"
 #include "render/driver/aim_pilot.h"
 #include "render/driver/ordered_sum.h"
@@ -141,7 +141,7 @@ FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
     return render_field_gradient(decide_aims(scene, camera, {}, settings, nullptr, progress),
                                  camera, unknown, settings, loss, progress);
   const auto start = std::chrono::steady_clock::now();
-  const std::clock_t cpu_start = std::clock();
+  const double cpu_start = cpu_seconds();
   const Unknown found = unknown_of(scene, unknown);
   if (progress) progress->fraction = 0;
 
@@ -158,7 +158,7 @@ FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
                  if (loss) sum.add(i, std::move(gradients));
                });
   film.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  film.cpu_seconds = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
+  film.cpu_seconds = cpu_seconds() - cpu_start;
   return result;
 }
 
@@ -183,7 +183,7 @@ FieldJacobian render_field_jacobian(const Scene& scene, const Camera& camera,
     return render_field_jacobian(decide_aims(scene, camera, {}, settings, nullptr, progress),
                                  camera, unknown, settings, weights, cell, progress);
   const auto start = std::chrono::steady_clock::now();
-  const std::clock_t cpu_start = std::clock();
+  const double cpu_start = cpu_seconds();
   const Unknown found = unknown_of(scene, unknown);
   if (progress) progress->fraction = 0;
 
@@ -223,7 +223,7 @@ FieldJacobian render_field_jacobian(const Scene& scene, const Camera& camera,
             }
       });
   film.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  film.cpu_seconds = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
+  film.cpu_seconds = cpu_seconds() - cpu_start;
   return result;
 }
 

@@ -2,8 +2,8 @@
 #include "render/driver/render.h"
 
 #include <chrono>
-#include <ctime>
 
+#include "math/cpu_seconds.h"
 #include "math/fault.h"
 #include "render/driver/aim_pilot.h"
 #include "render/driver/tile_pool.h"
@@ -12,8 +12,6 @@
 
 namespace selenite {
 namespace {
-
-double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 /// Every pixel is finished by one thread from its own random numbers, so the result does not depend
 /// on the threads.

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "render/shape/coverage.h"
 
-#include <ctime>
-
+#include "math/cpu_seconds.h"
 #include "math/rng.h"
 #include "render/driver/ordered_sum.h"
 #include "render/driver/tile_pool.h"
@@ -21,7 +20,7 @@ CoverageGradient render_coverage_gradient(const Scene& scene, const Camera& came
                                           const RenderSettings& settings, const CoverageLoss& loss,
                                           Progress* progress) {
   settings.check();
-  const std::clock_t start = std::clock();
+  const double start = cpu_seconds();
   const Prepared<0> prepared(scene, {});
   const PixelCamera pixels(camera, settings.width, settings.height, settings.frame);
   CoverageGradient result;
@@ -68,7 +67,7 @@ CoverageGradient render_coverage_gradient(const Scene& scene, const Camera& came
   });
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
     result.vertices.push_back({sums[0][3 * v], sums[0][3 * v + 1], sums[0][3 * v + 2]});
-  result.cpu_seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  result.cpu_seconds = cpu_seconds() - start;
   return result;
 }
 

@@ -2,8 +2,8 @@
 #include "render/shape/shape_gradient.h"
 
 #include <chrono>
-#include <ctime>
 
+#include "math/cpu_seconds.h"
 #include "math/fault.h"
 #include "math/rng.h"
 #include "render/driver/aim_pilot.h"
@@ -44,7 +44,7 @@ ShapeGradient render_shape_gradient(const Scene& scene, const Camera& camera, in
     return render_shape_gradient(decide_aims(scene, camera, {}, settings, nullptr, progress),
                                  camera, instance, normals, settings, loss, progress);
   const auto start = std::chrono::steady_clock::now();
-  const std::clock_t cpu_start = std::clock();
+  const double cpu_start = cpu_seconds();
   ShapeGradient result;
   result.film = render(scene, camera, {}, settings, progress);
   Film& film = result.film;
@@ -97,7 +97,7 @@ ShapeGradient render_shape_gradient(const Scene& scene, const Camera& camera, in
   for (std::size_t n = vertices; n < mesh.places(); ++n) by_normal.push_back(at(n));
   normals.spread(mesh.mesh().positions, by_normal, result.vertices);
   film.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  film.cpu_seconds = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
+  film.cpu_seconds = cpu_seconds() - cpu_start;
   return result;
 }
 
