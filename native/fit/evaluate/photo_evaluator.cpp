@@ -32,16 +32,16 @@ FilmLoss loss_of_rendered(FilmLoss loss, const Colorf& gain) {
   return loss;
 }
 
-/// Pictures that no phase reads need not travel.
+/// Pictures that no phase reads need neither travel nor keep their memory, as `clear` would let them.
 void leave_out_unread(const Photo& photo, const Evaluation& how, Film& film) {
-  film.aim_excess.clear();
-  if (!how.halves) film.half_a.clear();
+  film.aim_excess = Picture();
+  if (!how.halves) film.half_a = Picture();
   const bool gradient = how.purpose == Purpose::kGradient;
   for (SlotFilm& slot : film.slots) {
-    slot.aim_excess.clear();
-    slot.variance.clear();
-    if (gradient) slot.half_a.clear();
-    if (!gradient && photo.gain_freedom == GainFreedom::kNone) slot.covariance.clear();
+    slot.aim_excess = Picture();
+    slot.variance = Picture();
+    if (gradient) slot.half_a = Picture();
+    if (!gradient && photo.gain_freedom == GainFreedom::kNone) slot.covariance = Picture();
   }
 }
 

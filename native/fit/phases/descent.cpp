@@ -9,10 +9,22 @@
 #include "fit/evaluate/seeds.h"
 #include "fit/objective/closed_form_gain.h"
 #include "fit/objective/photo_weights.h"
+#include "math/unused_memory.h"
 
 namespace selenite {
 
 namespace {
+
+/// After a step: what follows takes memory too. Small pictures are not worth a walk through all that is free.
+void forget_derivatives(std::vector<Observation>& seen) {
+  constexpr std::size_t kMuch = 1 << 24;  // pixels of all slots
+  std::size_t freed = 0;
+  for (Observation& one : seen) {
+    freed += one.film.size() * one.film.slots.size();
+    one.film.slots = std::vector<SlotFilm>();
+  }
+  if (freed > kMuch) return_unused_memory();
+}
 
 double count_of(const std::vector<Photo>& photos) {
   double count = 0;
@@ -111,7 +123,9 @@ bool Descent::iterate(FitRun& run) {
   watch(run.evaluator.progress(), next);
   step_all(block, reverted, next);
   watch(nullptr, next);
+  forget_derivatives(next.seen);
   problem_->scalars().weights->learn(next.seen, keep, done_ + 1);
+  next.seen.clear();  // the films of all photos: what follows takes memory too
   restart_.forget();
   run.point.scalars = result.last = from.scalars;
   if (reverted) result.fields_last = result.fields_best;
@@ -176,6 +190,8 @@ void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& 
   if (steps_scalars(block))
     seen.film = run.evaluator.evaluate(next.point, photo, with_derivatives(run, how));
   seen.loss = evaluate_loss(problem_->scalars(), index, seen.film);
+  if (strategy_->optimiser.purpose == Purpose::kInstrumental)
+    seen.loss.slope = seen.loss.curvature = Picture();  // no step by residuals reads them
   next.misfit += std::max(0.0, seen.loss.unbiased);
   run.previews[index] = std::make_shared<const Picture>(seen.film.mean);
   next.seen.push_back(std::move(seen));
