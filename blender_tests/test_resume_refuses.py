@@ -12,7 +12,7 @@ from test_resume import finished, plan_of
 
 from selenite.commands import fit
 from selenite.fit import checkpoint
-from selenite.fit.job import FitJob
+from selenite.fit.job import FitJob, SavedState
 from selenite.fit.plan import prepare
 from selenite.problems import BadInput
 
@@ -132,6 +132,13 @@ def test_a_state_in_which_anything_is_missing_or_wrong_is_refused(tmp_path):
             except BadInput:
                 refused += 1
     assert tried > 30 and refused > tried / 2, (tried, refused)
+
+
+def test_a_state_that_has_gone_is_refused_by_its_file(tmp_path):
+    state = SavedState(tmp_path / "fit_1.state", 1.0)
+    with pytest.raises(BadInput, match="No such file") as found:
+        FitJob(plan_of(tmp_path), state)
+    assert found.value.problems[0].object == f"File '{state.file}'"
 
 
 def plan_at(plan, run):
