@@ -18,7 +18,7 @@ struct FieldRefinementOptions {
   std::array<int, 3> shares{4, 2, 1};  ///< of the samples that the passes take
   /// The same beside texels, where scalars come from the multi-start and have a longer way. The last pass is
   /// repeated until its step is small, or until there are so many passes.
-  std::array<int, 6> shares_with_texels{4, 4, 4, 4, 2, 1};
+  std::array<int, 6> shares_with_texels{8, 8, 8, 4, 2, 1};
   int most_passes_with_texels = 8;
   /// A step of so many longest steps makes texels forget 1 - 1/e of the residuals before it.
   double forget_at = DampingOptions{}.forget_at;
