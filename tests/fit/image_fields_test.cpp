@@ -129,6 +129,12 @@ TEST_P(ImageFit, ASearchStandsOneColourForAllTexels) {
   for (Eigen::Index i = 3; i < even.size(); ++i) EXPECT_EQ(even[i], even[i % 3]);
   EXPECT_NEAR(even[0], 0.675, 0.05) << "as the image holds it";
   EXPECT_GT(fit.values()[0], 0.3) << "a sharp body shows the lamp, which this does not";
+  const Vector searched = fit.values();
+  while (fit.result().phase == PhaseKind::kDescent) {
+    EXPECT_EQ(fit.values(), searched) << "scalars are left to the refinement";
+    ASSERT_TRUE(fit.step());
+  }
+  EXPECT_EQ(fit.result().iterations, 15);
   while (fit.step()) {
   }
   EXPECT_LT(most_off((*fit.result().fields_best)[0], truth), 0.05);

@@ -8,6 +8,7 @@
 #include "fit/problem/pixel_weights.h"
 #include "fit/problem/saved_state.h"
 #include "fit/solver/field_gauss_newton.h"
+#include "fit/solver/joint_gauss_newton.h"
 #include "fit/taken_photos.h"
 
 namespace selenite {
@@ -83,7 +84,8 @@ struct LinearImage {
     return sum;
   }
   /// Residuals where texels and scalars are off by so much, with errors that no photo shares.
-  void add_residuals(const Vector& off, const Eigen::Vector2d& scalars, float error = 0) {
+  void add_residuals(const Vector& off, const Eigen::Vector2d& scalars, float error = 0,
+                     double keep = 0) {
     for (std::size_t i = 0; i < photos.size(); ++i) {
       Halves halves;
       halves.residual_a = z[i].a.slopes * scalars.cast<float>() + shown(i, off);
@@ -91,7 +93,7 @@ struct LinearImage {
         halves.residual_a[row] += error * normal(random);
       halves.residual_b = halves.residual_a;
       halves.variance = Eigen::VectorXf::Zero(kRows);
-      newton->add_residual(i, halves, weights[i], 0);
+      newton->add_residual(i, halves, weights[i], keep);
     }
   }
   void eliminate() {
@@ -163,6 +165,46 @@ TEST(ImageGaussNewton, ErrorsThatPhotosDoNotShareLeaveTexelsNearTheirMean) {
                 0.1);
     world.newton->set_values(world.fields.start());
   }
+}
+
+/// Noise that a residual and the derivatives of the same samples share looks like a slope: texels would
+/// follow it.
+TEST(ImageGaussNewton, ResidualsMeetDerivativesOfOtherSamples) {
+  const LinearImage world;
+  const Unknowns none(world.scene, {texels()});
+  const SlotLayout layout = none.layout(world.scene);
+  const Problem problem{none, layout, world.photos, find_loss("mse"), 60};
+  JointGaussNewton solver(problem, world.fields, world.fields.start());
+  std::vector<Observation> seen;
+  for (std::size_t i = 0; i < world.photos.size(); ++i) {
+    Film film(kSide, kSide, 16, 0);
+    film.mean.assign(film.size(), Colorf(0.6f));
+    film.half_a = film.mean;
+    seen.push_back({static_cast<int>(i), std::move(film), {}});
+  }
+  const auto gather = [&] {
+    for (std::size_t i = 0; i < world.photos.size(); ++i)
+      solver.gather_fields(i, {{}, {CellJacobian(kSide * kSide, 0)}, {world.slopes[i]}});
+  };
+  gather();
+  (void)solver.step_by_residuals(Vector(0), seen);
+  EXPECT_EQ(solver.fields()[0], world.fields.start()[0]) << "of no other samples yet";
+  gather();
+  (void)solver.step_by_residuals(Vector(0), seen);
+  EXPECT_LT(solver.fields()[0].maxCoeff(), 0.5) << "photos are darker than these";
+}
+
+/// Residuals of three passes have a third of the variance of one.
+TEST(ImageGaussNewton, TexelsKnowTheResidualsOfEarlierPasses) {
+  const auto error = [](double keep) {
+    LinearImage world;
+    for (int pass = 0; pass < 3; ++pass)
+      world.add_residuals(Vector::Zero(kNumbers), {0, 0}, 0.02f, keep);
+    world.newton->solve(1);
+    world.newton->advance(Eigen::Vector2d::Zero());
+    return (world.newton->values()[0].array() - 0.5).square().mean();
+  };
+  EXPECT_NEAR(error(1) / error(0), 1.0 / 3, 0.12);
 }
 
 TEST(ImageGaussNewton, ASavedSolverStepsToTheSameBits) {

@@ -7,6 +7,7 @@
 
 #include "fit/evaluate/seeds.h"
 #include "fit/phases/refinement.h"
+#include "math/scalar.h"
 
 namespace selenite {
 namespace {
@@ -32,8 +33,8 @@ FieldRefinement::FieldRefinement(const Problem& problem, std::unique_ptr<GaussNe
 }
 
 int FieldRefinement::pass_spp(int pass) const {
-  const auto last = options_.shares.size() - 1;
-  const int share = options_.shares[std::min(static_cast<std::size_t>(pass), last)];
+  const std::size_t last = shares().size() - 1;
+  const int share = shares()[std::min(static_cast<std::size_t>(pass), last)];
   return std::min(spp_, std::max(spp_ / share, options_.least_of_pass));
 }
 
@@ -125,8 +126,9 @@ bool FieldRefinement::measure_informative(Evaluator& evaluator) {
 /// What voxels can make up for is known when all photos have been seen.
 void FieldRefinement::end_pass() {
   const std::vector<Photo>& photos = point_.problem->photos;
+  const double done = fields_.has_images() ? 1 : point_.gauss_newton.done();
   point_.equations.score_covariance +=
-      JointGaussNewton::eliminate_fields(photo_equations_, fields_, point_.gauss_newton.done());
+      JointGaussNewton::eliminate_fields(photo_equations_, fields_, done, residuals_kept_);
   for (std::size_t i = 0; i < photo_equations_.size(); ++i)
     point_.equations.add(photos[i], photo_equations_[i]);
   photo_equations_.clear();
@@ -141,7 +143,7 @@ void FieldRefinement::end_pass() {
                  : 1;
   const bool near =
       point_.reach_of(now) <= options_.near && now.surprise <= options_.converged_sigmas * noise;
-  over_ = passes >= std::ssize(options_.shares) &&
+  over_ = passes >= std::ssize(shares()) &&
           (near || !fields_.has_images() || passes >= options_.most_passes_with_texels);
   if (over_ && near) {
     // Where this pass began is what the one before found: both count, by their samples.
@@ -149,6 +151,9 @@ void FieldRefinement::end_pass() {
     now = point_.estimate_here();
   }
   fields_.advance(point_.apply(now));
+  if (fields_.has_images())
+    residuals_kept_ = std::exp(-square(point_.reach_of(now) / options_.forget_at)) *
+                      pass_spp(passes - 1) / pass_spp(passes);
   if (over_) {
     if (!near && now.surprise > options_.converged_sigmas) point_.widen(now.step, point_.x);
     return;
@@ -163,7 +168,7 @@ double FieldRefinement::fraction() const {
   const double part =
       static_cast<double>(photo_) / 2.0 / static_cast<double>(point_.problem->photos.size());
   double done = pass_spp(point_.report.passes) * part, all = 0;
-  const int passes = std::max(static_cast<int>(options_.shares.size()), point_.report.passes + 1);
+  const int passes = std::max(static_cast<int>(shares().size()), point_.report.passes + 1);
   for (int pass = 0; pass < passes; ++pass) {
     all += pass_spp(pass);
     if (pass < point_.report.passes) done += pass_spp(pass);
@@ -173,7 +178,7 @@ double FieldRefinement::fraction() const {
 
 void FieldRefinement::members(SavedState& state) {
   state(point_, fields_, has_jacobians_, photo_, seed_, spp_, iteration_spp_, photo_equations_,
-        informative_, options_.roughness_known, over_);
+        informative_, options_.roughness_known, over_, residuals_kept_);
 }
 
 }  // namespace selenite

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "fit/evaluate/photo_evaluator.h"
@@ -15,8 +16,12 @@ namespace selenite {
 /// Sources: docs/measurements/constants.md, "FieldRefinementOptions".
 struct FieldRefinementOptions {
   std::array<int, 3> shares{4, 2, 1};  ///< of the samples that the passes take
-  /// Passes at most where texels show in few pixels: the last is repeated until its step is small.
-  int most_passes_with_texels = 6;
+  /// The same beside texels, where scalars come from the multi-start and have a longer way. The last pass is
+  /// repeated until its step is small, or until there are so many passes.
+  std::array<int, 6> shares_with_texels{8, 8, 8, 4, 2, 1};
+  int most_passes_with_texels = 8;
+  /// A step of so many longest steps makes texels forget 1 - 1/e of the residuals before it.
+  double forget_at = DampingOptions{}.forget_at;
   /// Of the samples of a refinement without fields that the last pass takes: the others are for the
   /// informative pixels.
   int share_of_samples = 5;
@@ -32,9 +37,14 @@ struct FieldRefinementOptions {
   /// twenty fits from different random numbers scatter by so much more. Measured: docs/measurements/fields.md.
   double beyond_noise = 1.5;
   bool roughness_known = false;  ///< by more than these passes see: it stays
+
+  std::span<const int> shares_of(bool texels) const {
+    if (texels) return shares_with_texels;
+    return shares;
+  }
 };
 
-/// Three refinement passes where voxels are stepped together with scalars. Each has a second part: more
+/// Three refinement passes, and more beside texels, where voxels are stepped together with scalars. Each has a second part: more
 /// samples of the informative pixels (`InformativePixels`), which the first pass's differences select. The
 /// fields move along with the scalars. Beside voxels a roughness that looks perfectly sharp is left as it is: how
 /// sharp shows in little else than in what these may be wrong about.
@@ -75,6 +85,7 @@ class FieldRefinement {
   bool is_left_out(int k) const;
   int purpose() const { return 2 * point_.report.passes; }
   int pass_spp(int pass) const;
+  std::span<const int> shares() const { return options_.shares_of(fields_.has_images()); }
 
   FieldRefinementOptions options_;
   bool has_jacobians_;
@@ -85,6 +96,7 @@ class FieldRefinement {
   int spp_, iteration_spp_;
   std::vector<GaussNewton::PhotoEquations> photo_equations_;  ///< of this pass so far
   InformativePixels informative_;
+  double residuals_kept_ = 0;  ///< beside texels: the share of those of earlier passes
   bool over_ = false;
 };
 

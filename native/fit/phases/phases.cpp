@@ -44,6 +44,15 @@ FieldGaussNewton at_best_fields(FitRun& run, FieldGaussNewton fields) {
   return fields;
 }
 
+/// Beside one colour for all texels a search may end at a transmission of 0, from where texels that make up
+/// for it let it go only slowly. The way back to 0 is short.
+Vector off_zero(const Unknowns& unknowns, Vector x) {
+  constexpr double kLeast = 0.25;
+  for (int k = 0; k < unknowns.size(); ++k)
+    if (unknowns.description_of(k).optional) x[k] = std::max(x[k], kLeast);
+  return unknowns.project(x);
+}
+
 constexpr MultiStartOptions kSearched;
 
 void plan_search(RenderPlan& plan, const SceneModel& model, double pixels, double times) {
@@ -150,6 +159,8 @@ void MultiStartPhase::hand_on(FitRun& run) {
   run.result.search = multi_start_.result();
   if (const auto& uniform = run.strategy.uniform) {
     run.point = {uniform->scalars(x), uniform->fields(x)};
+    if (run.strategy.joint && run.strategy.has_images && run.strategy.refines)
+      run.point.scalars = off_zero(run.problem.unknowns(), run.point.scalars);
     run.result.fields_last = run.result.fields_best =
         std::make_shared<FieldValues>(run.point.fields);
   } else {
@@ -295,7 +306,7 @@ void FieldRefinementPhase::plan(RenderPlan& plan) {
       plan.renders_of(Purpose::kInstrumental, differences_of_field_refinement(false));
   const double informative = plan.pixels * kExpected.informative_pixels / kInformativePixels.one_of;
   bool pilot = true;
-  for (const int share : kOptions.shares) {
+  for (const int share : kOptions.shares_of(plan.strategy.has_images)) {
     const int of_pass = std::min(spp, std::max(spp / share, kOptions.least_of_pass));
     const int derivatives = pilot ? of_pass * kOptions.pilot : of_pass / kOptions.share_after_pilot;
     plan.add(PhaseKind::kRefinement, plan.pixels, of_pass, 1, Carried::kNothing);

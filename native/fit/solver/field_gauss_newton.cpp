@@ -393,8 +393,10 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
   for (std::size_t i = 0; i < z.size(); ++i) {
     View& view = views_[i];
     const InstrumentalVariables::Set& whole = *z[i].whole;
-    view.slopes = of_cells(view, of_numbers(view.share).matrix().asDiagonal() *
-                                     ((whole.a.slopes + whole.b.slopes) / 2));
+    // A texel shows in few pixels, over which the noise of means does not cancel.
+    const Jacobian slopes = has_images() ? Jacobian((whole.a.filtered + whole.b.filtered) / 2)
+                                         : Jacobian((whole.a.slopes + whole.b.slopes) / 2);
+    view.slopes = of_cells(view, of_numbers(view.share).matrix().asDiagonal() * slopes);
     weights.push_back(of_cells(view, *z[i].weight).reshaped(view.jacobian.rows(), 3));
     const auto sums = [&](InstrumentalVariables::Half InstrumentalVariables::Set::*half) {
       Eigen::MatrixXf all = of_cells(view, z[i].weight->asDiagonal() * (whole.*half).filtered);

@@ -15,6 +15,20 @@ JointGaussNewton::JointGaussNewton(const Problem& problem, const Fields& fields,
   fields_.set_values(start);
 }
 
+/// A sample that is bright by chance has large derivatives by texels, too: residuals meet those of other
+/// samples.
+void JointGaussNewton::gather_fields(std::size_t i, FieldJacobian derivatives) {
+  if (fields_.has_images())
+    waiting_.emplace_back(i, std::move(derivatives));
+  else
+    fields_.gather(i, derivatives);
+}
+
+void JointGaussNewton::gather_waiting() {
+  for (const auto& [photo, derivatives] : waiting_) fields_.gather(photo, derivatives);
+  waiting_.clear();
+}
+
 Vector JointGaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   const Vector u = scalars_.reparametrization().from_values(x);
   const std::vector<Halves> halves = scalars_.begin_step(seen);
@@ -25,6 +39,7 @@ Vector JointGaussNewton::step(const Vector& x, std::span<const Observation> seen
   scalars_.join(measure(seen, halves), u, keep);
   const DampedStep step = scalars_.bounded_step(u);
   fields_.advance(step.step);
+  gather_waiting();
   return scalars_.end_step(u, step, seen, jacobian_kept);
 }
 
@@ -38,6 +53,7 @@ Vector JointGaussNewton::step_by_residuals(const Vector& x, std::span<const Obse
       fields_.solve(scalars_.done());
       fields_.advance(Eigen::VectorXd(0));
     }
+    gather_waiting();
     return x;
   }
   const Reparametrization& reparametrization = scalars_.reparametrization();
@@ -47,6 +63,7 @@ Vector JointGaussNewton::step_by_residuals(const Vector& x, std::span<const Obse
   scalars_.damping().raise_to(scalars_.damping().least(scalars_.done()));
   const DampedStep step = scalars_.bounded_step(u, true);
   fields_.advance(step.step);
+  gather_waiting();
   const Vector next = u + step.step;
   scalars_.damping().note_step(
       (next - u).cwiseQuotient(reparametrization.cap()).cwiseAbs().maxCoeff());
@@ -96,11 +113,12 @@ Measurement JointGaussNewton::measure(std::span<const Observation> seen,
 }
 
 Eigen::MatrixXd JointGaussNewton::eliminate_fields(std::vector<GaussNewton::PhotoEquations>& all,
-                                                   FieldGaussNewton& fields, double done) {
+                                                   FieldGaussNewton& fields, double done,
+                                                   double keep) {
   std::vector<FieldGaussNewton::Regressors> z;
   for (std::size_t i = 0; i < all.size(); ++i) {
     GaussNewton::WeightedResidual& whole = all[i].whole;
-    fields.add_residual(i, all[i].of_photo ? *all[i].of_photo : whole.residual, whole.weight, 0);
+    fields.add_residual(i, all[i].of_photo ? *all[i].of_photo : whole.residual, whole.weight, keep);
     z.push_back({&whole.z, &whole.weight});
     if (const auto& informative = all[i].informative) {
       z.back().informative = &informative->z;

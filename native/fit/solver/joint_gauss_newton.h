@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "fit/solver/field_gauss_newton.h"
@@ -32,9 +33,7 @@ class JointGaussNewton {
                    const FieldGaussNewtonOptions& field_options = {});
 
   /// Derivatives of photo i by the fields join the sums.
-  void gather_fields(std::size_t i, const FieldJacobian& derivatives) {
-    fields_.gather(i, derivatives);
-  }
+  void gather_fields(std::size_t i, FieldJacobian derivatives);
   /// The next scalars, inside the bounds, from one observation per photo; `fields` are the next fields.
   /// Throws std::runtime_error naming the unknown when a derivative is not finite.
   Vector step(const Vector& x, std::span<const Observation> seen);
@@ -54,16 +53,18 @@ class JointGaussNewton {
   void members(SavedState& state);
 
   /// For refinement passes at fixed values: takes from the instruments of all photos what fields can
-  /// make up for. The fields see the residuals of the whole photos; `done`: share of the iterations.
-  /// Returns as `FieldGaussNewton::eliminate_fields` does.
+  /// make up for. The fields see the residuals of the whole photos; `done`: share of the iterations, `keep`: of the
+  /// residuals of the passes before. Returns as `FieldGaussNewton::eliminate_fields` does.
   static Eigen::MatrixXd eliminate_fields(std::vector<GaussNewton::PhotoEquations>& all,
-                                          FieldGaussNewton& fields, double done);
+                                          FieldGaussNewton& fields, double done, double keep);
 
  private:
   /// The fields see the residuals of an iteration.
   void add_residuals(std::span<const Observation> seen);
   /// `halves`: of the residuals, with the priors of free gains.
   Measurement measure(std::span<const Observation> seen, const std::vector<Halves>& halves);
+  /// Derivatives by texels that wait join the sums.
+  void gather_waiting();
   /// Share of the equations that is kept once `joined` iterations have joined them.
   double kept(int joined) const;
 
@@ -71,6 +72,7 @@ class JointGaussNewton {
   double aging_;
   GaussNewton scalars_;
   FieldGaussNewton fields_;
+  std::vector<std::pair<std::size_t, FieldJacobian>> waiting_;  ///< of photos, by texels
   int joined_ = 0;  ///< iterations that have joined the equations, those of the fields included
 };
 

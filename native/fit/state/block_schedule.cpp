@@ -31,6 +31,7 @@ bool BlockSchedule::is_scalar_block(int iteration) const {
 Block BlockSchedule::block(int iteration) const {
   if (!kind_.alternates) return {true, kind_.has_fields, false};
   if (!kind_.has_scalars) return {false, true, iteration == 0};
+  if (kind_.texels_alone) return {false, true, iteration == 0};
   if (kind_.together) {
     const bool scalars = iteration >= options_.first_texels;
     return {scalars, true,

@@ -25,14 +25,16 @@ struct Block {
 /// object. After one they are as good as they get while the voxels are alike: the fields come first,
 /// and the scalars have the last block, as they are fitted to the voxels that are found. Where both are
 /// stepped together, scalars that are still wrong lead voxels astray: theirs is the first whole block.
-/// Texels follow scalars that move only by what a render says of both: each iteration is of both.
+/// Texels follow scalars that move only by what a render says of both: each iteration is of both, or of
+/// texels alone where a refinement follows, whose passes have the samples that scalars need beside texels.
 class BlockSchedule {
  public:
   /// after_multi_start: with one colour for each field. joint: voxels are stepped together with scalars.
   struct Kind {
     bool alternates, has_fields, after_multi_start, joint, has_environment = false;
     bool has_scalars = true;
-    bool together = false;  ///< of `joint`: every iteration differentiates by both
+    bool together = false;      ///< of `joint`: every iteration differentiates by both
+    bool texels_alone = false;  ///< of `joint`: scalars are left to the refinement
   };
   BlockSchedule(Kind kind, int iterations, BlockOptions options = {})
       : kind_(kind), iterations_(iterations), options_(options) {}

@@ -112,9 +112,11 @@ int Strategy::most_iterations(const FitProblem& problem) const {
 
 BlockSchedule Strategy::blocks(const FitProblem& problem) const {
   const int all = problem.settings().iterations;
+  const bool shortened = joint && refines && !has_environment, images = joint && has_images;
+  const int share = shortened ? (images ? 4 : 2) : 1;
   return {{alternates, !problem.fields().empty(), after_multi_start(), joint, has_environment,
-           problem.unknowns().size() > 0, joint && has_images},
-          joint && refines && !has_environment ? (all + 1) / 2 : all};
+           problem.unknowns().size() > 0, images, images && refines},
+          (all + share - 1) / share};
 }
 
 }  // namespace selenite

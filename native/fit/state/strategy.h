@@ -47,7 +47,7 @@ struct Strategy {
   /// Iterations of the descent at most.
   int most_iterations(const FitProblem& problem) const;
   /// Blocks of the descent. Where voxels of a grid are stepped together with scalars it takes half of the
-  /// iterations: refinement passes at fixed values bring more.
+  /// iterations, and texels take a quarter: refinement passes at fixed values bring more.
   BlockSchedule blocks(const FitProblem& problem) const;
 };
 
