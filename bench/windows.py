@@ -16,6 +16,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 import zipfile
 from collections.abc import Callable, Sequence
@@ -201,7 +202,8 @@ def extension(_options: argparse.Namespace) -> str:
     found = sorted((ROOT / "dist").glob("selenite-*-extension-windows-x64.zip"))
     if not found:
         return "skipped: run ./dev package --platform windows before"
-    home = WORK / "home"
+    # Outside the checkout: what is used must not be found there.
+    home = Path(tempfile.gettempdir()) / "selenite-windows-home"
     shutil.rmtree(home, ignore_errors=True)
     home.mkdir()
     variables = {

@@ -57,6 +57,20 @@ function(selenite_kernels result template)
   set(${result} ${made} PARENT_SCOPE)
 endfunction()
 
+# For Windows: an archive of the objects of a library `lanes`, made by the target LANES_isolated. What they define has
+# names of its own there, but for those with the text `keep`.
+function(selenite_isolate lanes keep result)
+  find_package(Python COMPONENTS Interpreter REQUIRED)
+  set(isolated "${CMAKE_CURRENT_BINARY_DIR}/lib${lanes}.a")
+  add_custom_command(OUTPUT "${isolated}"
+    COMMAND "${Python_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/devtools/isolate.py" --prefix avx2_
+      --keep ${keep} --archive "${isolated}" $<TARGET_OBJECTS:${lanes}>
+    DEPENDS ${lanes} $<TARGET_OBJECTS:${lanes}> "${PROJECT_SOURCE_DIR}/devtools/isolate.py"
+    COMMAND_EXPAND_LISTS VERBATIM)
+  add_custom_target(${lanes}_isolated DEPENDS "${isolated}")
+  set(${result} "${isolated}" PARENT_SCOPE)
+endfunction()
+
 # The kernel that traces eight paths in lockstep, for AVX2 and FMA. It is chosen when a render starts, on
 # processors that have both. Functions of headers that it shares with the rest are compiled in it as well, for AVX2, under
 # the same names; the linker would keep one copy for all, and on an older processor that may be the
@@ -84,14 +98,7 @@ function(selenite_add_lanes target)
   target_compile_definitions(${lanes} PRIVATE $<TARGET_PROPERTY:${target},COMPILE_DEFINITIONS>)
   target_compile_definitions(${target} PRIVATE SELENITE_LANES)
   if(WIN32)
-    find_package(Python COMPONENTS Interpreter REQUIRED)
-    set(isolated "${CMAKE_CURRENT_BINARY_DIR}/lib${lanes}.a")
-    add_custom_command(OUTPUT "${isolated}"
-      COMMAND "${Python_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/devtools/isolate.py" --prefix avx2_
-        --keep render_tile_by_lanes --archive "${isolated}" $<TARGET_OBJECTS:${lanes}>
-      DEPENDS ${lanes} $<TARGET_OBJECTS:${lanes}> "${PROJECT_SOURCE_DIR}/devtools/isolate.py"
-      COMMAND_EXPAND_LISTS VERBATIM)
-    add_custom_target(${lanes}_isolated DEPENDS "${isolated}")
+    selenite_isolate(${lanes} render_tile_by_lanes isolated)
     add_dependencies(${target} ${lanes}_isolated)
     target_link_libraries(${target} INTERFACE "${isolated}")
     return()

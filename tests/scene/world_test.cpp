@@ -141,7 +141,7 @@ TEST_P(Map, DensityIntegratesToOne) {
 TEST_P(Map, SamplesFollowTheDensityAndCoverAllRadiance) {
   const World w = world().at_rotation_0();  // as a render has it
   const Vec3f up = normalize(Vec3f{0.3f, -0.5f, 1});
-  Tally light[3], solid, above;
+  Tally light[3], above;
   Random random(4, 0, 0);
   for (std::uint32_t i = 0; i < 300000; ++i) {
     random.start_bounce(i);
