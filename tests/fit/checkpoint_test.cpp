@@ -201,6 +201,25 @@ TEST_F(StateFiles, DamagedOnesAreRefused) {
   }
   FitJob job(scene, both(scene), synthetic_unknowns(), settings);
   EXPECT_THROW(job.restore(folder / "none", 0), std::system_error);
+  const std::string saved = fit.saved();
+  for (std::size_t at = 0; at < saved.size(); at += saved.size() / 50) {
+    std::string wrong = saved;
+    wrong[at] = static_cast<char>(wrong[at] ^ 1);
+    std::ofstream(file, std::ios::binary) << wrong;
+    EXPECT_THROW(SavedState::read(file, fit), InvalidArgument) << at;
+  }
+}
+
+TEST_F(StateFiles, AreGoneUnlessTheyAreSealed) {
+  for (const bool sealed : {true, false}) {
+    const auto file = folder / (sealed ? "whole" : "part");
+    {
+      StateFile state(file, StateFile::kWrite, 3);
+      state.write("abc");
+      if (sealed) state.seal();
+    }
+    EXPECT_EQ(std::filesystem::exists(file), sealed);
+  }
 }
 
 TEST_F(StateFiles, ThatCannotBeWrittenAreSaidAndLeaveNothing) {

@@ -26,11 +26,11 @@ Scene with_texels() {
   return scene;
 }
 
-/// Four photos of a world that is linear in texels and two scalars. Each pixel sees four texels that
+/// Photos of a world that is linear in texels and two scalars. Each pixel sees four texels that
 /// lie beside each other, and its neighbours see some of them, too.
 struct LinearImage {
   Scene scene = with_texels();
-  std::vector<Photo> photos = grey_photos(scene);
+  std::vector<Photo> photos;
   Fields fields{scene, {texels()}};
   std::unique_ptr<FieldGaussNewton> newton = FieldGaussNewton::of(fields, photos);
   std::vector<PlaceSlopes> slopes;
@@ -39,7 +39,7 @@ struct LinearImage {
   std::mt19937 random{5};
   std::normal_distribution<float> normal;
 
-  LinearImage() {
+  explicit LinearImage(std::size_t count = 4) : photos(grey_photos(scene, count)) {
     newton->set_values(fields.start());
     std::uniform_real_distribution<float> some(0.5f, 1.5f);
     for (std::size_t i = 0; i < photos.size(); ++i) {
@@ -62,8 +62,8 @@ struct LinearImage {
     }
   }
 
-  static std::vector<Photo> grey_photos(const Scene& scene) {
-    std::vector<Photo> all(4, taken_photos(scene, kSide, 1)[0]);
+  static std::vector<Photo> grey_photos(const Scene& scene, std::size_t count = 4) {
+    std::vector<Photo> all(count, taken_photos(scene, kSide, 1)[0]);
     for (std::size_t i = 0; i < all.size(); ++i) {
       all[i].id = std::to_string(i);
       all[i].reference.assign(all[i].size(), Colorf(0.5f));
@@ -150,6 +150,52 @@ TEST(ImageGaussNewton, ThePriorCountsByWhatPhotosDisagreeOn) {
   EXPECT_NEAR(patterned.newton->prior_strength(), 0.01 * variance, 0.004 * variance);
 }
 
+/// Four pixels see each texel once: texels take up a quarter of the errors.
+TEST(ImageGaussNewton, TexelsTakeDegreesOfFreedomFromTheErrorsOfOnePhoto) {
+  double sum = 0, expected = 0;
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    LinearImage noisy(1);
+    noisy.random.seed(seed);
+    noisy.add_residuals(Vector::Zero(kNumbers), {0, 0}, 0.05f);
+    noisy.newton->solve(1);
+    sum += noisy.newton->prior_strength();
+    expected += noisy.weights[0][0] * 0.05 * 0.05;
+  }
+  EXPECT_NEAR(sum, expected, 0.1 * expected);
+}
+
+TEST(ImageGaussNewton, SlopesAreMeansOverIterations) {
+  LinearImage world;
+  for (int i = 0; i < 3; ++i)
+    for (std::size_t photo = 0; photo < world.slopes.size(); ++photo)
+      world.newton->gather(photo, {{}, {CellJacobian(kSide * kSide, 0)}, {world.slopes[photo]}});
+  world.add_residuals(Vector::Constant(kNumbers, 0.1), {0, 0}, 1e-3f);
+  world.newton->solve(1);
+  world.newton->advance(Eigen::Vector2d::Zero());
+  EXPECT_NEAR((world.fields.start()[0] - world.newton->values()[0]).mean(), 0.1, 0.005);
+}
+
+/// Slopes too small to be kept one by one count by their sum.
+TEST(ImageGaussNewton, LightThatAllTexelsReflectALittleCounts) {
+  LinearImage world;
+  const float small = 0.2f * FieldGaussNewtonOptions{}.least_share;
+  for (std::size_t photo = 0; photo < world.slopes.size(); ++photo) {
+    for (auto& cell : world.slopes[photo]) {
+      std::vector<bool> seen(kAlong * kAlong, false);
+      for (const PlaceSlope& one : cell) seen[one.place] = true;
+      for (std::uint32_t texel = 0; texel < seen.size(); ++texel)
+        if (!seen[texel]) cell.push_back({texel, Colorf(small)});
+    }
+    world.newton->gather(photo, {{}, {CellJacobian(kSide * kSide, 0)}, {world.slopes[photo]}}, 1e6);
+  }
+  const float far = small * (kAlong * kAlong - 4);
+  ASSERT_GT(far, 0.2f) << "beside four of about 1";
+  world.add_residuals(Vector::Constant(kNumbers, 0.1), {0, 0}, 1e-3f);
+  world.newton->solve(1);
+  world.newton->advance(Eigen::Vector2d::Zero());
+  EXPECT_NEAR((world.fields.start()[0] - world.newton->values()[0]).mean(), 0.1, 0.003);
+}
+
 TEST(ImageGaussNewton, ErrorsThatPhotosDoNotShareLeaveTexelsNearTheirMean) {
   LinearImage world;
   for (int i = 0; i < 2; ++i) {
@@ -209,6 +255,7 @@ TEST(ImageGaussNewton, TexelsKnowTheResidualsOfEarlierPasses) {
 
 TEST(ImageGaussNewton, ASavedSolverStepsToTheSameBits) {
   LinearImage first, second;
+  second.newton = FieldGaussNewton::of(second.fields, second.photos);  // as a resumed fit does
   first.add_residuals(LinearImage::pattern(), {0.1, 0}, 0.01f);
   SavedState writing;
   first.newton->members(writing);
