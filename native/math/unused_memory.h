@@ -9,8 +9,8 @@
 
 namespace selenite {
 
-/// Hands freed memory back to the system. glibc keeps what a thread has freed for that thread, so the pictures
-/// that the threads of a render have made are of no use to others. Takes some 0.1 s a gigabyte.
+/// Hands freed memory back to the system. glibc keeps what a thread has freed for that thread, so the memory
+/// of pictures that the threads of a render have made is of no use to others.
 inline void return_unused_memory() {
 #ifdef __GLIBC__
   malloc_trim(0);
