@@ -99,7 +99,7 @@ def test_options_say_what_photos_do_not(tmp_path: Path) -> None:
     )  # fmt: skip
     (bare,), _ = captures_from("--photo=Side=/b.png", "--response=curve.csv", stored=[own])
     assert bare == CaptureRequest(
-        "Side", "/b.png", id="Side", response=str(Path("curve.csv").absolute())
+        "Side", f"{TOP}b.png", id="Side", response=str(Path("curve.csv").absolute())
     )
 
 
