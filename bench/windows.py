@@ -165,8 +165,9 @@ def tests(options: argparse.Namespace) -> str:
     for name in options.tests:
         status, text = wine.output("python", RUN_PYTEST, name, "-q", seconds=LONGEST)
         (WORK / f"{Path(name).stem}.log").write_text(text)
-        last = text.strip().splitlines()[-1] if text.strip() else "nothing"
-        rows.append(f"{Path(name).stem}: {last.strip('= ')}")
+        # Blender says more after pytest's last line.
+        counts = re.findall(r"^=* ?(\d+ \w+.* in [\d.]+s.*?)[ =]*$", text, re.MULTILINE)
+        rows.append(f"{Path(name).stem}: {counts[-1] if counts else text.strip()[-100:]}")
         if status:
             faults.append(rows[-1])
     if faults:

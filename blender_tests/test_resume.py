@@ -4,7 +4,6 @@
 import csv
 import json
 import os
-import signal
 import subprocess
 import sys
 import threading
@@ -67,7 +66,8 @@ def iterations_in(state):
 
 def killed(words, fits, iterations):
     """Runs a fit in a process of its own, kills it after some iterations; its folder."""
-    environment = os.environ | {"PYTHONPATH": str(ROOT / "addon")}
+    places = [str(ROOT / "addon"), *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(places)}
     with subprocess.Popen(
         [sys.executable, "-c", WRITES_OFTEN, *words, "--threads=1"],
         env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -79,7 +79,7 @@ def killed(words, fits, iterations):
                 break
             assert process.poll() is None, "it was to be killed while it runs"
             time.sleep(0.02)
-        process.send_signal(signal.SIGKILL)
+        process.kill()
     (folder,) = fits.iterdir()
     assert folder.name.endswith(".unfinished")
     return folder

@@ -48,6 +48,8 @@ def ensure() -> None:
                 archive.extractall(SITE)
         shutil.rmtree(wheels)
         write_stamp(FOLDER / "site.stamp", key)
+    for libraries in SITE.glob("*.data/*lib"):  # where pip puts them too
+        shutil.copytree(libraries, SITE, dirs_exist_ok=True)
 
 
 def build(targets: Sequence[str] = ()) -> Path:

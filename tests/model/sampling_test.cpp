@@ -30,8 +30,10 @@ TEST_P(Sampling, DrawsWithTheStatedDensity) {
       const auto material = family().material(roughness);
       const PrincipledBsdf<double> bsdf(material, flavour, cases::flat(wi, family().backfacing));
       const double eta = family().backfacing ? 1 / material.ior : material.ior;
+      // Seen from low above the horizon, sheen has a peak there, beside the other lobes.
+      const bool peaked = family().name == "mixture" && cosine < 0.1;
       density_check::expect_stated_density(
-          bsdf, View{wi, eta, roughness, 1, family().name == "sheen", tests}, engine);
+          bsdf, View{wi, eta, roughness, 1, family().name == "sheen", tests, peaked}, engine);
     }
   }
 }

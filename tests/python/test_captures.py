@@ -30,6 +30,8 @@ from selenite.commands.capture_arguments import add_captures  # noqa: E402
 from selenite.problems import BadInput, Problem  # noqa: E402
 from selenite.scene_read.lens import LensDistortion  # noqa: E402
 
+TOP = Path("/").absolute()  # with its drive, on Windows
+
 
 def ids(*captures: tuple[str, str], cameras: tuple[str, ...] = ()) -> list[str]:
     """captures: (camera, id or "")."""
@@ -90,14 +92,14 @@ def test_options_say_what_photos_do_not(tmp_path: Path) -> None:
     )  # fmt: skip
     (first, second), problems = captures_from(*words, stored=[own, CaptureRequest("Side", "/b")])
     assert not problems
-    assert first == replace(own, id="Front", exclude="/c.png")
+    assert first == replace(own, id="Front", exclude=f"{TOP}c.png")
     assert second == CaptureRequest(
         "Side", "/b", id="Side", silhouette=0, gain="rgb", align=True, background="0,0,0",
         response="gamma:2", distortion=False,
     )  # fmt: skip
     (bare,), _ = captures_from("--photo=Side=/b.png", "--response=curve.csv", stored=[own])
     assert bare == CaptureRequest(
-        "Side", "/b.png", id="Side", response=str(Path("curve.csv").absolute())
+        "Side", f"{TOP}b.png", id="Side", response=str(Path("curve.csv").absolute())
     )
 
 
@@ -110,7 +112,7 @@ def test_an_option_out_of_its_range_is_named() -> None:
 def test_a_camera_may_be_given_several_photos() -> None:
     problems: list[Problem] = []
     found = arguments.files(["Front=/a.png", "Front=/b.png", "Front"], problems)
-    assert found == [("Front", "/a.png"), ("Front", "/b.png")]
+    assert found == [("Front", f"{TOP}a.png"), ("Front", f"{TOP}b.png")]
     assert [item.object for item in problems] == ["Argument 'Front'"]
 
 
@@ -118,7 +120,7 @@ def test_a_name_in_double_quotes_may_hold_every_sign() -> None:
     problems: list[Problem] = []
     odd = 'A=1:b, "c"\n'
     quoted = json.dumps(odd)
-    assert arguments.files([f"{quoted}=/x=y.png"], problems) == [(odd, "/x=y.png")]
+    assert arguments.files([f"{quoted}=/x=y.png"], problems) == [(odd, f"{TOP}x=y.png")]
     assert arguments.names([f"{quoted}:ior,roughness"], problems) == [
         (odd, "ior"),
         (odd, "roughness"),
@@ -138,10 +140,10 @@ def test_names_with_signs_work_without_quotes_where_they_are_known() -> None:
     cameras = ["Cam", "Cam=1", "Cam=12"]
     texts = ["Cam=1=/a.png", "Cam=12=/b.png", "Cam=/c.png", "New=/d.png"]
     assert arguments.files(texts, problems, cameras) == [
-        ("Cam=1", "/a.png"),
-        ("Cam=12", "/b.png"),
-        ("Cam", "/c.png"),
-        ("New", "/d.png"),
+        ("Cam=1", f"{TOP}a.png"),
+        ("Cam=12", f"{TOP}b.png"),
+        ("Cam", f"{TOP}c.png"),
+        ("New", f"{TOP}d.png"),
     ]
     assert arguments.assignments(["A=B:C:ior=1.5"], problems) == {("A=B:C", "ior"): (1.5,)}
     assert arguments.words(["A=B:albedo_grid=16"], "--grid", "N", problems) == {
