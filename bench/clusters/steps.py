@@ -74,6 +74,9 @@ def step_seconds(plan: FitPlan, steps: int, workers: object = None) -> float:
 
     def reached(iteration: int) -> float:
         while (state := job.progress()).running and state.iteration < iteration:
+            if state.phase != "descent":
+                job.cancel()
+                raise RuntimeError(f"the fit converged after {state.iteration} steps: ask for fewer")
             time.sleep(0.002)
         return time.perf_counter()
 
@@ -160,8 +163,8 @@ def main(about: str) -> int:
     add("--photos", type=int, default=8, help="(%(default)s)")
     add("--height", type=int, default=64, help="pixels of the photos (%(default)s)")
     add("--spp", type=int, default=8, help="samples of a step (%(default)s)")
-    add("--steps", type=int, default=10, help="that are measured (%(default)s)")
-    add("--rounds", type=int, default=3, help="(%(default)s)")
+    add("--steps", type=int, default=6, help="that are measured (%(default)s)")
+    add("--rounds", type=int, default=5, help="(%(default)s)")
     options = asked.parse_args()
     plan = plan_of(options)
     plain: list[float] = []
