@@ -173,7 +173,7 @@ void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& 
     FieldJacobian found = run.evaluator.field_jacobian(next.point, photo, problem_->fields(),
                                                        next.joint->field_solver().shares(index),
                                                        next.joint->field_solver().cell(), how);
-    seen.film = found.film;
+    seen.film = std::move(found.film);
     next.joint->gather_fields(index, std::move(found));
   } else if (block.fields) {
     FieldGradient found = run.evaluator.field_gradient(

@@ -8,8 +8,8 @@
 
 namespace selenite {
 
-/// Sums of a Jacobian's columns, 3 numbers a pixel. A column takes no memory until something is added to it,
-/// and one number a pixel where it differs from 0 in a single channel, as the derivative by a colour does.
+/// Sums of a Jacobian's columns, 3 numbers a pixel. A column takes no memory until something is added to it.
+/// The derivative by a colour differs from 0 in a single channel, and takes one number a pixel.
 class ColumnSums {
  public:
   /// `channel`: the only one in which `column` differs from 0; -1: any. The same at each call for k.
