@@ -65,8 +65,8 @@ struct FieldGaussNewtonOptions {
 /// step would take beyond their bounds are pinned there, and the others make up for that (active sets).
 class FieldGaussNewton {
  public:
-  /// Whether the fields are albedo grids of colours or the world's image, and numbers and photos are not
-  /// too many.
+  /// Whether the fields are albedo grids of colours, the world's image, or images of colours alone, and
+  /// numbers and photos are not too many.
   static bool applies(const Fields& fields, const std::vector<Photo>& photos,
                       const FieldGaussNewtonOptions& options = {}) {
     return cell_size(fields, photos, options) > 0;
