@@ -76,7 +76,9 @@ def step_seconds(plan: FitPlan, steps: int, workers: object = None) -> float:
         while (state := job.progress()).running and state.iteration < iteration:
             if state.phase != "descent":
                 job.cancel()
-                raise RuntimeError(f"the fit converged after {state.iteration} steps: ask for fewer")
+                raise RuntimeError(
+                    f"the fit converged after {state.iteration} steps: ask for fewer"
+                )
             time.sleep(0.002)
         return time.perf_counter()
 
