@@ -36,7 +36,7 @@ Eigen::VectorXf normal_numbers(std::uint64_t seed) {
   for (Eigen::Index i = 0; i < out.size(); ++i) {
     const Random random(seed, static_cast<std::uint32_t>(i), 0);
     const double radius = std::sqrt(-2 * std::log(1 - random.uniform(0)));
-    out[i] = static_cast<float>(radius * std::cos(2 * M_PI * random.uniform(1)));
+    out[i] = static_cast<float>(radius * std::cos(2 * kPi<double> * random.uniform(1)));
   }
   return out;
 }
