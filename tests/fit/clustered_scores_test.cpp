@@ -17,7 +17,8 @@ constexpr int kSide = 40;
 
 double normal_number(std::uint64_t seed, std::uint32_t index) {
   const Random random(seed, index, 0);
-  return std::sqrt(-2 * std::log(1 - random.uniform(0))) * std::cos(2 * kPi<double> * random.uniform(1));
+  return std::sqrt(-2 * std::log(1 - random.uniform(0))) *
+         std::cos(2 * kPi<double> * random.uniform(1));
 }
 
 /// The mean of all numbers of some photos is unknown: each pixel's score is its number, and each has

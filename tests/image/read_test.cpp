@@ -9,6 +9,8 @@
 #include <limits>
 #include <numeric>
 #include <random>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "image/cmyk_jpeg.h"
@@ -59,8 +61,9 @@ std::vector<T> gradient(int channels) {
 
 std::vector<std::uint8_t> busy() {  // compresses badly, so that half a file is half a picture
   std::vector<std::uint8_t> pixels;
-  for (std::uint32_t i = 0; i < 3 * kSize * kSize; ++i)
-    pixels.push_back(static_cast<std::uint8_t>(i * 2654435761u >> 24));
+  std::minstd_rand random(1);
+  for (int i = 0; i < 3 * kSize * kSize; ++i)
+    pixels.push_back(static_cast<std::uint8_t>(random() >> 16));
   return pixels;
 }
 
@@ -294,9 +297,20 @@ TEST_F(ReadPhoto, WhatIsNoPictureIsNamed) {
   EXPECT_NE(refusal(write_bytes("magic.tif", std::string_view("II*\0", 4))), "");
 }
 
-TEST_F(ReadPhoto, OtherFormatsOfTheLibraryAreNotOpened) {
-  for (const char* name : {"a.bmp", "a.tga", "a.gif", "a.ppm"})
-    EXPECT_TRUE(holds(refusal(save(name, 3, gradient<std::uint8_t>(3))), "PNG, JPEG")) << name;
+TEST_F(ReadPhoto, OtherFormatsOfTheLibraryAreNotOpened) {  // one white pixel each
+  const std::string white = "\xff\xff\xff", one = number(1, 2, false);
+  const std::string none(16, '\0');
+  const std::vector<std::pair<const char*, std::string>> files{
+      {"a.ppm", "P6 1 1 255\n" + white},
+      {"a.bmp", "BM" + number(58, 4, false) + number(0, 4, false) + number(54, 4, false) +
+                    number(40, 4, false) + number(1, 4, false) + number(1, 4, false) + one +
+                    number(24, 2, false) + none + none.substr(8) + white + none[0]},
+      {"a.tga", none.substr(14) + '\2' + none.substr(7) + one + one + '\x18' + none[0] + white},
+      {"a.gif", "GIF89a" + one + one + '\x80' + none.substr(14) + white + white + ',' +
+                    none.substr(12) + one + one + none[0] + "\2\2D\1" + none[0] + ';'},
+  };
+  for (const auto& [name, bytes] : files)
+    EXPECT_TRUE(holds(refusal(write_bytes(name, bytes)), "PNG, JPEG")) << name;
 }
 
 std::string png_header(std::uint32_t width, std::uint32_t height, char bits, char color) {

@@ -116,7 +116,12 @@ TEST_F(WriteImage, ChannelNamesAreChecked) {
 
 TEST_F(WriteImage, PathsMayHoldAnyCharacter) {
   const std::vector<float> pixels{1, 1, 1};
-  for (const char* name : {"mondstein é 石.png", "a 'b' \"c\" $HOME %d.png"}) {
+#ifdef _WIN32  // no quotes in names
+  const char* const quoted = "a 'b' $HOME %d.png";
+#else
+  const char* const quoted = "a 'b' \"c\" $HOME %d.png";
+#endif
+  for (const char* name : {"mondstein é 石.png", quoted}) {
     write_png(path(name), pixels.data(), 1, 1, 3);
     EXPECT_EQ(read_photo(path(name)).pixels, pixels) << name;
   }
