@@ -203,8 +203,11 @@ def _read_object(
         read.problems.append(Problem(title, cause, cure))
         return True
     if np.linalg.det(instance.matrix[:3, :3]) == 0:
-        read.warn(remark(title, "is flattened to nothing by its scale and left out", " "))
-        return True
+        found_flat = mesh.unflattened(instance, read.meshes[index].positions)
+        if found_flat is None:
+            read.warn(remark(title, "is flattened to nothing by its scale and left out", " "))
+            return True
+        instance = found_flat
     used = set(np.unique(read.meshes[index].material_slots).tolist())
     slots = [slot.material for slot in evaluated.material_slots] or [None]
     if layer.material_override is not None:

@@ -335,7 +335,7 @@ def _read_volume(material: bpy.types.Material, title: str, read: MaterialRead) -
     output = nodes.output_of(material.node_tree)
     assert output is not None  # noqa: S101 - the caller has seen it
     source = output.source("Volume")
-    if source.node is None and source.socket.type == "SHADER":
+    if not volumes.has_medium(source):
         return
     try:
         found = volumes.read(source, title)
