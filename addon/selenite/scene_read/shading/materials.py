@@ -201,7 +201,8 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
         said = {item.object for item in problems}
         missing = images.missing_in(material.node_tree)
         problems += [_of(item, title) for item in missing if item.object not in said]
-    read = MaterialRead(replace(values, shader=tree.shader), owner, problems, [], room)
+    warnings = [remark(title, text) for text in tree.warnings]
+    read = MaterialRead(replace(values, shader=tree.shader), owner, problems, warnings, room)
     for parameter in parameters.of("material"):
         if parameter.name not in volumes.PARAMETERS:
             owner.fixed[parameter.name] = _IS_GRAPH
