@@ -59,7 +59,8 @@ def reading(
     nothing is rendered of it. What cannot be rendered is in `problems`, what is rendered
     differently in `warnings`. Raises NativeUnavailable, since the parameter table is native.
     """
-    read = SceneValues(millimetres=millimetres(scene))
+    options = options_of(scene) if options is None else options
+    read = SceneValues(millimetres=millimetres(scene), approximate=options.approximate)
     width, height = cameras.resolution(scene)
     if min(width, height) < 1:
         cause = f"a render has {width} x {height} pixels"
@@ -69,7 +70,6 @@ def reading(
     found = cameras.named_cameras(scene)
     layer = view_layer_of(scene)
     rendered: list[bpy.types.Object] = []
-    options = options_of(scene) if options is None else options
     room = TextureRoom(
         baker=Baker() if options.bake else None,
         approximations=[] if options.approximate else None,
@@ -356,13 +356,15 @@ def _read_lamp(
             )
         )
     called[key] = name
-    values, owner, problems = lights.read_light(light, lamp.matrix, name)
+    values, owner, problems, otherwise = lights.read_light(light, lamp.matrix, name)
     rays = visibility.rays_that_see(lamp.original, lamp.instancer, layer)
     values = visibility.of_lamp(values, light, rays)
     lit, shading = (kind.bits_of(lamp.original) for kind in links)
     read.lights.append(replace(values, object=lamp.original.name, lit=lit, shading=shading))
     read.owners[name] = owner
     _note(read, problems, [])
+    for problem in otherwise:
+        read.refuse(problem)
 
 
 def _free_name(name: str, distinction: str, read: SceneValues) -> str:

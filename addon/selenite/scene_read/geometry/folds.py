@@ -41,7 +41,7 @@ def warn_of_folds(read: SceneValues) -> None:
             faces = f"{100 * part:.2g} % of its area lies on other faces of its own"
         if part > _MOST and index in of_glass:
             cause = f"{faces}, which Cycles shows otherwise (with shadows, or black)"
-            read.problems.append(Problem(thing("Mesh", mesh.name), cause, _CURE))
+            read.refuse(Problem(thing("Mesh", mesh.name), cause, _CURE))
         elif part > _LEAST:
             read.warn(
                 remark(

@@ -95,7 +95,7 @@ def warn_of_overlaps(read: SceneValues) -> None:
             seen.add((found.first, found.second))
             title = (first.title, second.title)
             if problem := _fault(first, second, glass):
-                read.problems.append(problem)
+                read.refuse(problem)
                 continue
             pairs.update({} if title[::-1] in pairs else {title: None})
     for one, other in list(pairs)[:_MOST_NAMED]:
