@@ -52,6 +52,7 @@ def test_a_toon_shader_is_diffuse_of_its_colour(scene):
     assert "cannot be fitted" in named
     assert "approximated" in read.owners["Body"].fixed["Toon BSDF.Color"]
     (compared,) = [text for text in read.warnings if "on average" in text]
+    assert compared.startswith("Scene 'Scene': approximated materials change the picture")
     mean = float(compared.partition(" by ")[2].partition(" %")[0])
     worst = float(compared.partition("average and ")[2].partition(" %")[0])
     assert 0.5 < mean < worst
