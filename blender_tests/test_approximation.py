@@ -52,6 +52,7 @@ def test_a_toon_shader_is_diffuse_of_its_colour(scene):
     assert "cannot be fitted" in named
     assert "approximated" in read.owners["Body"].fixed["Toon BSDF.Color"]
     (compared,) = [text for text in read.warnings if "on average" in text]
+    assert compared.startswith("Scene 'Scene': approximated materials change the picture")
     mean = float(compared.partition(" by ")[2].partition(" %")[0])
     worst = float(compared.partition("average and ")[2].partition(" %")[0])
     assert 0.5 < mean < worst
@@ -119,3 +120,53 @@ def test_the_difference_is_relative_to_the_mean_of_the_picture():
     mean, worst = difference(ours, cycles)
     assert mean == pytest.approx(0.05)
     assert worst == pytest.approx(0.2)
+
+
+def _floor_twice():
+    for name in ("Floor", "Twin"):
+        bpy.ops.mesh.primitive_plane_add(size=4)
+        bpy.context.object.name = name
+    return "it is there twice at one place"
+
+
+def _open_medium():
+    material = made.material("Body", transmission=1.0)
+    tree = material.node_tree
+    volume = tree.nodes.new("ShaderNodeVolumeAbsorption")
+    tree.links.new(volume.outputs[0], tree.get_output_node("CYCLES").inputs["Volume"])
+    bpy.ops.mesh.primitive_plane_add(size=2)
+    bpy.context.object.data.materials.append(material)
+    return "has no definite inside"
+
+
+def _lamp_through_an_image():
+    lamp = bpy.data.lights["Key"]
+    lamp.use_nodes = True
+    tree = lamp.node_tree
+    image = tree.nodes.new("ShaderNodeTexImage")
+    tree.links.new(image.outputs[0], tree.nodes["Emission"].inputs["Color"])
+    return "the Color of its Emission node is linked"
+
+
+def _sheared_spot():
+    lamp = made.light("Spot", "SPOT", energy=3)
+    parent = made.add("Parent", None)
+    parent.scale = (1, 2, 0.5)
+    lamp.parent, lamp.rotation_euler = parent, (0.5, 0.4, 0.2)
+    return "its parent shears it"
+
+
+@pytest.mark.parametrize(
+    "make", [_floor_twice, _open_medium, _lamp_through_an_image, _sheared_spot]
+)
+def test_what_cycles_shows_otherwise_is_rendered_if_asked_for(scene, make):
+    made.sphere("Body")
+    words = make()
+    read = read_scene(scene)
+    assert not read.problems, read.problems
+    (text,) = [text for text in read.warnings if words in text]
+    assert text.endswith("it is rendered nevertheless")
+    picture = native.core().render(build(read), "Camera", 16, 16, 4).image
+    assert np.isfinite(picture).all() and picture.mean() > 0
+    scene.selenite.approximate = False
+    assert [words in item.cause for item in read_scene(scene).problems] == [True]

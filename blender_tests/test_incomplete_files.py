@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Files as authors publish them: output to a video, photos, images and cameras that are gone."""
 
+import ctypes
+
 import bpy
 import made_scenes as made
 import pytest
@@ -9,6 +11,8 @@ from command_line import command
 from selenite.cli import main
 
 pytestmark = pytest.mark.blender
+#: The format's number in files of Blender 2.7, the first byte of ImageFormatData.
+RAW_AVI = 15
 
 
 def saved(folder):
@@ -39,6 +43,20 @@ def test_an_output_to_a_video_is_read_and_left_as_it_is(tmp_path, capsys, simula
     out = tmp_path / "out.exr"
     assert main(["render", scene, "--spp", "1", "--out", str(out)]) == 0
     assert out.is_file()
+
+
+@pytest.mark.parametrize("simulated", [False, True], ids=["copied", "rendered itself"])
+def test_a_format_that_blender_no_longer_has_is_no_matter(tmp_path, capsys, simulated) -> None:
+    """Files of Blender 2.7 have Raw AVI, for example, which reads as no format at all."""
+    made.studio()
+    output = bpy.context.scene.render.image_settings
+    ctypes.c_byte.from_address(output.as_pointer()).value = RAW_AVI
+    assert output.file_format == ""
+    if simulated:  # such a scene is not copied
+        bpy.ops.rigidbody.world_add()
+    scene = saved(tmp_path)
+    assert command(capsys, "check", scene)[0] == 0
+    assert main(["render", scene, "--spp", "1", "--out", str(tmp_path / "out.exr")]) == 0
 
 
 def test_a_photo_of_the_scene_that_is_gone_stops_a_fit_alone(tmp_path, capsys) -> None:

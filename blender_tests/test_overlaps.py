@@ -265,6 +265,45 @@ def test_faces_of_a_mesh_that_lie_on_each_other_are_counted(faces, count) -> Non
     assert [text.split(" of its")[0] for text in found] == [f"Mesh 'Card': {count}"] * bool(count)
 
 
+def test_faces_of_a_mesh_in_one_plane_without_a_common_edge_are_estimated() -> None:
+    """A sheet of a quarter of the area inside another one."""
+    room()
+    mesh = bpy.data.meshes.new("Card")
+    inner = [(0.5 + (x - 0.5) / 2, 0.5 + (y - 0.5) / 2, z) for x, y, z in CORNERS]
+    mesh.from_pydata([*CORNERS, *inner], [], [(0, 1, 2, 3), (4, 5, 6, 7)])
+    made.add("Card", mesh)
+    (text,) = said("other faces of its own")
+    part = float(text.split(": ")[1].split(" %")[0])
+    assert part == pytest.approx(40, abs=4)  # 2 * 0.25 of 1.25; 5 standard deviations
+    for vertex in mesh.vertices[4:]:
+        vertex.co.z += 1e-4
+    assert said("other faces of its own") == []
+
+
+@pytest.mark.parametrize("transmission", [0.0, 1.0])
+def test_doubled_faces_stop_glass_alone(transmission) -> None:
+    """Light enters a body of glass twice, or not at all; an opaque one is rendered as if its faces
+    were there once."""
+    room()
+    mesh = bpy.data.meshes.new("Card")
+    mesh.from_pydata(CORNERS, [], [(0, 1, 2, 3), (0, 3, 2, 1)])
+    made.add("Card", mesh).data.materials.append(made.material("Card", transmission=transmission))
+    read = read_scene(bpy.context.scene)
+    assert [item.object for item in read.problems] == ["Mesh 'Card'"] * (transmission > 0)
+    assert any("lie on each other" in text for text in read.warnings) is (transmission == 0)
+
+
+@pytest.mark.parametrize("kind", ["Glass", "Refraction", "Translucent", "Diffuse"])
+def test_a_clear_shader_on_a_floor_is_named(kind) -> None:
+    """Nobody sees the faces between a floor and an opaque body."""
+    room()
+    body = cube("Body", 1, (0, 0, 0.5))
+    tree = body.data.materials[0].node_tree
+    node = tree.nodes.new(f"ShaderNodeBsdf{kind}")
+    tree.links.new(node.outputs[0], tree.get_output_node("CYCLES").inputs["Surface"])
+    assert pairs() == [("Floor", "Body")] * (kind != "Diffuse")
+
+
 def test_a_body_that_was_joined_with_its_copy_is_counted() -> None:
     room()
     bpy.ops.mesh.primitive_uv_sphere_add(location=(0, 0, 2))

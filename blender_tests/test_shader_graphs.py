@@ -4,11 +4,14 @@
 from __future__ import annotations
 
 import bpy
+import made_scenes as made
 import node_probes as probes
 import numpy as np
+import pytest
 from node_probes import Graph
 
 from selenite import write_back
+from selenite.cycles_check.render import render
 from selenite.scene_read import build
 from selenite.scene_read.scene import read_scene
 from selenite.scene_read.values import MaterialValues, SceneValues
@@ -80,6 +83,35 @@ def test_what_turns_a_tangent_can_be_fitted() -> None:
     (found,) = _closures()
     tangent = np.nanmean(np.abs(found["tangent"]), (0, 1))
     assert tangent[2] < 1e-6 < tangent[0]
+
+
+@pytest.mark.parametrize("source", ["constant", "image", "noise"])
+def test_a_computed_roughness_of_diffuse_is_named(source) -> None:
+    """Cycles is black where it is hardly above 0: a computed one may be."""
+    graph, output = _graph(probes.scene())
+    diffuse = graph.node("BsdfDiffuse", {"Roughness": 0.2})
+    if source != "constant":
+        node = graph.node("TexImage" if source == "image" else "TexNoise")
+        if source == "image":
+            node.image = bpy.data.images.new("Rough", 4, 4)
+        graph.put(diffuse, "Roughness", node.outputs[0])
+    graph.put(output, "Surface", diffuse.outputs[0])
+    warnings = made.read().warnings
+    assert any("Cycles shows black" in text for text in warnings) is (source == "noise")
+
+
+def test_cycles_is_black_where_the_roughness_of_diffuse_is_hardly_above_0(tmp_path) -> None:
+    """What that warning is for."""
+    graph, output = _graph(probes.scene())
+    diffuse = graph.node("BsdfDiffuse")
+    graph.put(output, "Surface", diffuse.outputs[0])
+    made.world()
+    light = []
+    for roughness in (0, 1e-7, 2e-7):
+        diffuse.inputs["Roughness"].default_value = roughness
+        picture = render(bpy.context.scene, "Camera", (8, 8), 4, 1, tmp_path / "x.exr")
+        light.append(float(picture[3:5, 3:5].mean()))
+    assert light[0] > 0.1 and light[1] == 0 and light[2] == pytest.approx(light[0], rel=0.01)
 
 
 def test_one_shader_on_two_ways_counts_once() -> None:

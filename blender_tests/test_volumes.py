@@ -113,6 +113,39 @@ def test_volume_without_surface_is_invisible_but_for_its_medium():
     assert "extinction" in values.values
 
 
+def mixed(tree, *kinds):
+    """A mixture of new nodes."""
+    mixture = tree.nodes.new("ShaderNodeMixShader")
+    for kind, socket in zip(kinds, mixture.inputs[1:], strict=True):
+        tree.links.new(tree.nodes.new(kind).outputs[0], socket)
+    return mixture
+
+
+@pytest.mark.parametrize("surface", [True, False], ids=["with surface", "alone"])
+@pytest.mark.parametrize("mixture", [True, False], ids=["mixed", "one"])
+def test_shaders_of_surfaces_make_no_medium(surface, mixture):
+    """Cycles passes over them: its picture is that without them."""
+    material, node = linked("ShaderNodeBsdfGlass")
+    tree = material.node_tree
+    if mixture:
+        node = mixed(tree, "ShaderNodeBsdfGlass", "ShaderNodeBsdfPrincipled")
+        tree.links.new(node.outputs[0], tree.get_output_node("CYCLES").inputs["Volume"])
+    if not surface:
+        tree.nodes.remove(made.principled(material))
+    read = made.read()
+    assert [item.line() for item in read.problems] == []
+    assert "extinction" not in read.materials[0].values
+    assert (read.materials[0].values["alpha"] == (0.0,)) is not surface
+
+
+def test_a_volume_mixed_with_a_surface_is_refused():
+    material, _ = linked("ShaderNodeVolumeScatter")
+    tree = material.node_tree
+    node = mixed(tree, "ShaderNodeBsdfGlass", "ShaderNodeVolumeScatter")
+    tree.links.new(node.outputs[0], tree.get_output_node("CYCLES").inputs["Volume"])
+    assert any("its Volume is" in item.line() for item in made.read().problems)
+
+
 @pytest.mark.parametrize(
     ("kind", "values", "words"),
     [

@@ -59,7 +59,8 @@ def reading(
     nothing is rendered of it. What cannot be rendered is in `problems`, what is rendered
     differently in `warnings`. Raises NativeUnavailable, since the parameter table is native.
     """
-    read = SceneValues(millimetres=millimetres(scene))
+    options = options_of(scene) if options is None else options
+    read = SceneValues(millimetres=millimetres(scene), approximate=options.approximate)
     width, height = cameras.resolution(scene)
     if min(width, height) < 1:
         cause = f"a render has {width} x {height} pixels"
@@ -69,7 +70,6 @@ def reading(
     found = cameras.named_cameras(scene)
     layer = view_layer_of(scene)
     rendered: list[bpy.types.Object] = []
-    options = options_of(scene) if options is None else options
     room = TextureRoom(
         baker=Baker() if options.bake else None,
         approximations=[] if options.approximate else None,
@@ -203,8 +203,11 @@ def _read_object(
         read.problems.append(Problem(title, cause, cure))
         return True
     if np.linalg.det(instance.matrix[:3, :3]) == 0:
-        read.warn(remark(title, "is flattened to nothing by its scale and left out", " "))
-        return True
+        found_flat = mesh.unflattened(instance, read.meshes[index].positions)
+        if found_flat is None:
+            read.warn(remark(title, "is flattened to nothing by its scale and left out", " "))
+            return True
+        instance = found_flat
     used = set(np.unique(read.meshes[index].material_slots).tolist())
     slots = [slot.material for slot in evaluated.material_slots] or [None]
     if layer.material_override is not None:
@@ -353,13 +356,15 @@ def _read_lamp(
             )
         )
     called[key] = name
-    values, owner, problems = lights.read_light(light, lamp.matrix, name)
+    values, owner, problems, otherwise = lights.read_light(light, lamp.matrix, name)
     rays = visibility.rays_that_see(lamp.original, lamp.instancer, layer)
     values = visibility.of_lamp(values, light, rays)
     lit, shading = (kind.bits_of(lamp.original) for kind in links)
     read.lights.append(replace(values, object=lamp.original.name, lit=lit, shading=shading))
     read.owners[name] = owner
     _note(read, problems, [])
+    for problem in otherwise:
+        read.refuse(problem)
 
 
 def _free_name(name: str, distinction: str, read: SceneValues) -> str:

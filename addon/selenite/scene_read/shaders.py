@@ -74,6 +74,8 @@ _MOST = 1e6
 
 #: Below this roughness a closure counts as a mirror for the derivatives by its normal.
 LEAST_TURNED_ROUGHNESS = 0.05
+#: Closures that let light through, whatever their inputs.
+_CLEAR = {"glass", "refraction", "translucent", "transparent"}
 _OF_MICRONORMALS = {"principled", "glossy", "glass", "refraction", "metallic", "conductor"}
 _TURNS_MIRROR = Reason(
     "it turns the normal of a mirror, by which no derivative is computed",
@@ -254,6 +256,21 @@ class Shader:
         return any(
             item.kind == "emission"
             or (item.kind == "principled" and item.inputs["emission_strength"] not in zeros)
+            for item in self.closures
+            if not item.shut
+        )
+
+    def is_clear(self) -> bool:
+        """Whether light may get through the surface."""
+        return any(
+            item.kind in _CLEAR
+            or (
+                item.kind == "principled"
+                and (
+                    self._number(item.inputs["transmission"]) != 0
+                    or self._number(item.inputs["alpha"]) != 1
+                )
+            )
             for item in self.closures
             if not item.shut
         )

@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass, field, replace
 import numpy as np
 
 from .. import parameters
+from ..messages import remark
 from ..parameters import Parameter, Values
 from ..problems import Problem, Reason
 from .closedness import Closedness
@@ -331,6 +332,7 @@ class SceneValues:
     camera_problems: those of `problems` that keep nothing but a camera from being there.
     physical_refraction: rough refraction towards lights only where a micronormal connects both
     directions; Cycles evaluates it for every pair (docs/method/rendering.md).
+    approximate: what Cycles shows otherwise is warned of where it can be rendered.
     """
 
     cameras: list[CameraValues] = field(default_factory=list)
@@ -344,6 +346,7 @@ class SceneValues:
     lamp_frames: dict[int, LampFrame] = field(default_factory=dict)
     millimetres: float | None = None
     physical_refraction: bool = False
+    approximate: bool = False
     unusable_cameras: dict[str, str] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
     camera_problems: list[Problem] = field(default_factory=list)
@@ -359,6 +362,13 @@ class SceneValues:
         """Keeps a warning once."""
         if text not in self.warnings:
             self.warnings.append(text)
+
+    def refuse(self, problem: Problem) -> None:
+        """Keeps a problem of what Cycles shows otherwise: where that may be, a warning of it."""
+        if self.approximate:
+            self.warn(remark(problem.object, f"{problem.cause}; it is rendered nevertheless"))
+        elif problem not in self.problems:
+            self.problems.append(problem)
 
     def without_shut(self, fitted: Collection[tuple[str, str]]) -> SceneValues:
         """The same picture for less, while `fitted` alone change, by owner and parameter."""

@@ -83,7 +83,6 @@ class ComparisonRun(ProcessRun):
                     "approximated materials change the picture of camera "
                     f"'{found['camera']}' by {100 * found['mean']:.3g} % on average and "
                     f"{100 * found['worst']:.3g} % in the worst of its blocks, against Cycles",
-                    f"{100 * found['worst']:.3g} % in the worst of its blocks, against Cycles",
                 )
             )
         return None

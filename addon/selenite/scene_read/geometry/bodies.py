@@ -108,7 +108,7 @@ def _report(body: BodyValues, whole: Closedness, read: SceneValues) -> str:
             cause += "; faces of other materials close the body, but a medium ends only at its own"
         kind = OPEN_BODY if found.open_edges and not whole.encloses else ""
         problem = Problem(title, cause, _cure(found, whole), kind)
-        read.problems.append(problem)
+        read.refuse(problem)
         return problem.line()
     if body.need == "medium" and found.nested:
         text = remark(

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import bpy
@@ -25,6 +25,8 @@ _FARTHEST = 1.8e18
 #: A cube with one vertex 1e4 of its sizes away is 2 % brighter or darker than in Cycles, with 1e5
 #: 20 %.
 _STRETCHED = 3e4
+#: Sizes below this part of others are none.
+_FLAT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,22 @@ class Instance:
     matrix: np.ndarray
     is_instance: bool
     random_id: int = 0
+
+
+def unflattened(instance: Instance, positions: np.ndarray) -> Instance | None:
+    """An instance whose scale is 0 across a flat mesh, with another one there: the same picture.
+    None if it renders as nothing. Cycles applies such a matrix where no other object has the mesh,
+    and cannot invert it elsewhere."""
+    left, scales, right = np.linalg.svd(instance.matrix[:3, :3])
+    extents = np.ptp(positions @ right.T, axis=0)
+    shared = instance.original.data.users > 1 and not instance.original.modifiers
+    is_line = scales[1] <= _FLAT * scales[0]
+    if is_line or extents[2] > _FLAT * extents.max() or shared or instance.is_instance:
+        return None
+    scales[2] = np.sqrt(scales[0] * scales[1]) * np.linalg.det(left) * np.linalg.det(right)
+    matrix = instance.matrix.copy()
+    matrix[:3, :3] = (left * scales) @ right
+    return replace(instance, matrix=matrix)
 
 
 def rendered_instances(depsgraph: bpy.types.Depsgraph, read: SceneValues) -> Iterator[Instance]:

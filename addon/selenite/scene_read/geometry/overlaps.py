@@ -88,14 +88,14 @@ def warn_of_overlaps(read: SceneValues) -> None:
     visible = _Visible(read)
     pairs: dict[tuple[str, str], None] = {}
     seen: set[tuple[int, int]] = set()
-    glass = {item.name for item in read.materials if _is_glass(item)}
+    glass = glass_of(read)
     for found in overlaps(surfaces, seen):
         first, second = surfaces[found.first], surfaces[found.second]
         if visible.are_seen(first, second, found):
             seen.add((found.first, found.second))
             title = (first.title, second.title)
             if problem := _fault(first, second, glass):
-                read.problems.append(problem)
+                read.refuse(problem)
                 continue
             pairs.update({} if title[::-1] in pairs else {title: None})
     for one, other in list(pairs)[:_MOST_NAMED]:
@@ -148,6 +148,11 @@ def _are_twins(first: Surface, second: Surface) -> bool:
         return True
     ordered = [item[np.lexsort(np.rint(item / (7 * step)).T)] for item in (one, other)]
     return bool(np.abs(ordered[0] - ordered[1]).max(initial=0) <= 14 * step)
+
+
+def glass_of(read: SceneValues) -> set[str]:
+    """Names of the materials whose surface light passes through."""
+    return {item.name for item in read.materials if _is_glass(item)}
 
 
 def _is_glass(material: MaterialValues) -> bool:
@@ -224,6 +229,8 @@ class _Visible:
 
 def _is_clear(material: MaterialValues) -> bool:
     """Whether light gets through its surface, or may."""
+    if material.shader is not None:
+        return material.shader.is_clear() or "extinction" in material.values
     varies = material.maps.keys() & {"alpha", "transmission"}
     opaque = material.values.get("alpha", (1.0,))[0] >= 1
     through = material.values.get("transmission", (0.0,))[0] > 0
@@ -246,7 +253,7 @@ def overlaps(
     triangles, owners = triangles[real], owners[real]
     normals, size = normals[real] / area[real, None], size[real]
     axis = np.argmax(np.abs(normals), axis=1)
-    for i, j in _pairs(triangles, owners, _planes(triangles, normals), axis):
+    for i, j in _pairs(triangles, owners, planes_of(triangles, normals), axis):
         if known:
             codes = np.minimum(owners[i], owners[j]) * len(surfaces)
             codes += np.maximum(owners[i], owners[j])
@@ -301,7 +308,7 @@ def _candidates(surfaces: Sequence[Surface]) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(kept), np.concatenate(owners)
 
 
-def _planes(triangles: np.ndarray, normals: np.ndarray) -> np.ndarray:
+def planes_of(triangles: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """A number for each triangle, the same for those that may lie in one plane."""
     steps = np.rint(normals / _STEP).astype(np.int64)
     leading = np.take_along_axis(steps, np.argmax(np.abs(steps), axis=1)[:, None], axis=1)

@@ -25,8 +25,9 @@ _FARTHEST = 1e18
 
 def read_light(
     light: bpy.types.Light, matrix: np.ndarray, name: str
-) -> tuple[LightValues, Owner, list[Problem]]:
-    """Reads an original lamp standing at `matrix` (4, 4): values, owner, problems."""
+) -> tuple[LightValues, Owner, list[Problem], list[Problem]]:
+    """Reads an original lamp standing at `matrix` (4, 4): values, owner, problems, and those of a
+    lamp that can be rendered nevertheless, in another way than by Cycles."""
     title = thing("Light", light.name)
     library = light.library.filepath if light.library is not None else ""
     scale = hosts.light_scale(light)
@@ -43,10 +44,13 @@ def read_light(
         normalized=normalized,
     )  # fmt: skip
     problems: list[Problem] = []
+    otherwise: list[Problem] = []
     if light.use_nodes and light.node_tree is not None:
-        values, problems = _through_nodes(light, values, title)
-    if trouble := lamp_places.trouble_of(light.type, values.light_units, matrix):
+        values, otherwise = _through_nodes(light, values, title)
+    if trouble := lamp_places.flattened(matrix):
         problems.append(Problem(title, *trouble))
+    elif trouble := lamp_places.trouble_of(light.type, values.light_units, matrix):
+        otherwise.append(Problem(title, *trouble))
     if light.type != "SUN" and np.abs(matrix[:3, 3]).max() > _FARTHEST:
         problems.append(Problem(title, "it stands infinitely far away", "move it, or use a sun"))
     owner = Owner(name, "light", light.name, library, {}, {})
@@ -60,7 +64,7 @@ def read_light(
         reason = why_fixed(light, parameter.name)
         if reason:
             owner.fixed[parameter.name] = reason
-    return values, owner, problems
+    return values, owner, problems, otherwise
 
 
 def is_portal(light: bpy.types.Light) -> bool:

@@ -31,10 +31,17 @@ def area_of(kind: str, shape: Mapping[str, float | bool | str], matrix: np.ndarr
     return 4 * (math.pi * float(shape["radius"]) ** 2 or 1.0)  # the whole sphere; measured
 
 
-def trouble_of(kind: str, light_units: str, matrix: np.ndarray) -> tuple[str, str] | None:
-    """(cause, cure) where a lamp cannot stand so."""
+def flattened(matrix: np.ndarray) -> tuple[str, str] | None:
+    """(cause, cure) of a matrix that leaves nothing of a lamp."""
     if np.linalg.det(matrix[:3, :3]) == 0 or not np.isfinite(matrix).all():
         return "its scale flattens it to nothing", "give it and its parents a scale other than 0"
+    return None
+
+
+def trouble_of(kind: str, light_units: str, matrix: np.ndarray) -> tuple[str, str] | None:
+    """(cause, cure) where a lamp cannot stand so."""
+    if nothing := flattened(matrix):
+        return nothing
     sheared = {"AREA": _SHEARED_AREA} | ({"SPOT": _SHEARED_SPOT} if light_units != "v3" else {})
     if kind in sheared and _is_sheared(matrix):
         cause = f"its parent shears it, and {sheared[kind]}"

@@ -341,7 +341,8 @@ def _set(
     forwards: bool = False,
 ) -> Iterator[None]:
     """Properties have these values inside, set in this order and put back in the opposite one; or
-    forwards, too."""
+    forwards, too. An engine or a format that this Blender does not have reads as "" and cannot be
+    put back."""
     before = {name: getattr(block, name) for name in values if hasattr(block, name)}
     try:
         for name in before:
@@ -349,7 +350,8 @@ def _set(
         yield
     finally:
         for name in before if forwards else reversed(before):
-            setattr(block, name, before[name])
+            if before[name] != "":
+                setattr(block, name, before[name])
 
 
 @contextmanager

@@ -201,7 +201,8 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
         said = {item.object for item in problems}
         missing = images.missing_in(material.node_tree)
         problems += [_of(item, title) for item in missing if item.object not in said]
-    read = MaterialRead(replace(values, shader=tree.shader), owner, problems, [], room)
+    warnings = [remark(title, text) for text in tree.warnings]
+    read = MaterialRead(replace(values, shader=tree.shader), owner, problems, warnings, room)
     for parameter in parameters.of("material"):
         if parameter.name not in volumes.PARAMETERS:
             owner.fixed[parameter.name] = _IS_GRAPH
@@ -335,7 +336,7 @@ def _read_volume(material: bpy.types.Material, title: str, read: MaterialRead) -
     output = nodes.output_of(material.node_tree)
     assert output is not None  # noqa: S101 - the caller has seen it
     source = output.source("Volume")
-    if source.node is None and source.socket.type == "SHADER":
+    if not volumes.has_medium(source):
         return
     try:
         found = volumes.read(source, title)

@@ -21,6 +21,9 @@ from .nodes import Groups, Source, Unreadable
 PARAMETERS = ("extinction", "albedo", "anisotropy")
 _CURE = "give it a constant value, or unlink the Volume of the Material Output"
 _ZERO = (0.0, 0.0, 0.0)
+_MIXTURES = {"ShaderNodeMixShader", "ShaderNodeAddShader"}
+#: How the names of nodes begin that shade a surface alone.
+_SURFACES = ("ShaderNodeBsdf", "ShaderNodeSubsurfaceScattering")
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,17 @@ class Coefficients:
             s / t if t > 0 else 0.8 for s, t in zip(self.scattering, extinction, strict=True)
         )
         return {"extinction": extinction, "albedo": albedo, "anisotropy": (self.g or 0.0,)}
+
+
+def has_medium(source: Source) -> bool:
+    """Whether a node that is fed into Volume gives one: Cycles passes over shaders of surfaces."""
+    node = source.node
+    if node is None:
+        return source.socket.type != "SHADER"
+    if node.bl_idname in _MIXTURES:
+        shaders = [item for item in node.inputs if item.type == "SHADER"]
+        return any(has_medium(nodes.source_of(item, source.groups)) for item in shaders)
+    return not node.bl_idname.startswith(_SURFACES)
 
 
 def read(source: Source, title: str) -> dict[str, Values]:

@@ -38,6 +38,8 @@ _KINDS = {
 }
 #: More closures at one point are refused; see native/model/closures/closure.h.
 MOST_CLOSURES = 16
+#: What sockets of one type make of another's values.
+_CONVERSIONS = {"luminance", "mean"}
 #: The parameters of a film; nothing varies where it is not there.
 _FILM = ("thin_film_thickness", "thin_film_ior")
 #: Distributions of micronormals that are rendered; SHARP is Blender 3's.
@@ -223,6 +225,12 @@ def _closure(tree: Tree, item: _Found) -> Closure | None:
         else tree.shader.literal(*(0.0,) * row.width)
         for row in rows
     }
+    if kind == "diffuse" and _is_computed(tree, registers["roughness"]):
+        # Its energy term divides 0 by 0 in 32 bits: 1e-7 is black, 0 and 2e-7 are not.
+        tree.warnings.append(
+            f"where the Roughness of {nodes.describe(node)} is above 0 and below 2e-7, Cycles "
+            "shows black, which is not modelled; add 1e-6 to it"
+        )
     distribution = getattr(node, "distribution", "GGX")
     if distribution == "SHARP":  # Blender 3
         registers["roughness"] = tree.shader.literal(0)
@@ -249,6 +257,16 @@ def _closure(tree: Tree, item: _Found) -> Closure | None:
         tuple(sorted(item.shut)),
         subsurface=_subsurface(node),
     )
+
+
+def _is_computed(tree: Tree, register: Register) -> bool:
+    """Whether it varies, and not as an image does: that is 0 over a whole texel or not at all."""
+    while register.kind == "code":
+        code = tree.shader.code[register.index]
+        if code.op not in _CONVERSIONS or code.inputs[0] is None:
+            return code.op != "image"
+        register = code.inputs[0]
+    return False
 
 
 def _note_usual(

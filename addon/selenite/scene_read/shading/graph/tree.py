@@ -73,6 +73,7 @@ class Tree:
     room: TextureRoom
     shader: Shader = field(default_factory=Shader)
     problems: list[Problem] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
     sources: dict[str, Source] = field(default_factory=dict)
     #: What is usually fitted of it, by name; and the constants that are colours.
     usual: list[str] = field(default_factory=list)
