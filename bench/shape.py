@@ -42,8 +42,7 @@ from selenite.cycles_check.render_settings import set_comparison  # noqa: E402
 MESHES = ROOT.parent / "shared/data/meshes"
 _SCAN = "penguin_26880.obj"
 _CAMERAS, _AWAY, _FIELD = 8, 4.0, 0.62
-_NOISE = 0.01  # of a scan, in diagonals of its bounding box
-_TEXELS, _PLAIN = 128, 0.5
+_PAINTED, _PLAIN = 512, 0.5  # texels along the true map; a start's grey
 _ROUGHNESS = 0.35
 _VERTICES = "Body:vertex_positions"
 _MAP = "Body:base_color_texture"
@@ -124,9 +123,9 @@ def _bumps(n: np.ndarray) -> np.ndarray:
     return 0.68 * (1.1 + 0.25 * x * y + 0.15 * np.sin(3 * z + 1) + 0.1 * y)
 
 
-def _noise(vertices: np.ndarray, faces: np.ndarray, seed: int) -> np.ndarray:
-    """In random directions that change smoothly, as a scan is off."""
-    found = np.random.default_rng(seed).normal(size=vertices.shape)
+def _noise(vertices: np.ndarray, faces: np.ndarray, share: float) -> np.ndarray:
+    """In random directions that change smoothly, as a scan is off; `share`: of the diagonal."""
+    found = np.random.default_rng(5).normal(size=vertices.shape)
     pairs = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     pairs = np.unique(np.sort(pairs, axis=1), axis=0)
     for _ in range(2):
@@ -136,7 +135,7 @@ def _noise(vertices: np.ndarray, faces: np.ndarray, seed: int) -> np.ndarray:
             np.add.at(counts, a, 1)
         found = sums / counts[:, None]
     size = np.linalg.norm(np.ptp(vertices, axis=0))
-    return found * (_NOISE * size / np.linalg.norm(found, axis=1).mean())
+    return found * (share * size / np.linalg.norm(found, axis=1).mean())
 
 
 def _scene(mesh: Any, row: Row, height: int) -> Any:  # noqa: ANN401
@@ -261,11 +260,8 @@ def examine(name: str, options: argparse.Namespace, more: list[str], folder: Pat
     if row.painted:
         _paint_vertices(item, _colors(true))
     if row.mapped:
-        grid = np.meshgrid(
-            (np.arange(4 * _TEXELS) + 0.5) / (4 * _TEXELS),
-            1 - (np.arange(4 * _TEXELS) + 0.5) / (4 * _TEXELS),
-        )
-        _paint(_pattern(*grid))
+        places = (np.arange(_PAINTED) + 0.5) / _PAINTED
+        _paint(_pattern(*np.meshgrid(places, 1 - places)))
     photos = folder / name
     photos.mkdir(exist_ok=True)
     if not (photos / f"{_CAMERAS}.exr").exists():
@@ -273,7 +269,7 @@ def examine(name: str, options: argparse.Namespace, more: list[str], folder: Pat
 
     start, of_start = true, faces
     if row.scan:
-        start = true + _noise(true, faces, 5)
+        start = true + _noise(true, faces, options.noise)
     elif not row.painted:
         ball, of_start = _sphere(options.vertices)
         start = ball * (0.5 * np.ptp(true, axis=0) * 0.9) + (true.max(0) + true.min(0)) / 2
@@ -293,7 +289,7 @@ def examine(name: str, options: argparse.Namespace, more: list[str], folder: Pat
     words = [word for fitted in row.fits for word in ("--fit", fitted)]
     words += [f"--photo=Camera {i}={photos / f'{i}.exr'}" for i in range(_CAMERAS)]
     if row.mapped:
-        words += ["--grid", f"{_MAP}={_TEXELS}"]
+        words += ["--grid", f"{_MAP}={options.texels}"]
     fitted = photos / "fitted.blend"
     result = report_of(
         "fit", str(scene), *words, "--height", str(options.height), "--spp", str(options.spp),
@@ -332,6 +328,8 @@ def main(usual: tuple[str, ...] = tuple(ROWS), prog: str = "./dev bench shape") 
     asked.add_argument("--height", type=int, default=64, help="of photos and fits (%(default)s)")
     asked.add_argument("--samples", type=int, default=512, help="of photos (%(default)s)")
     asked.add_argument("--vertices", type=int, default=1200, help="of a start, about (%(default)s)")
+    asked.add_argument("--texels", type=int, default=128, help="along a map (%(default)s)")
+    asked.add_argument("--noise", type=float, default=0.01, help="of a scan (%(default)s)")
     asked.add_argument("--iterations", type=int, default=100, help="of a stage (%(default)s)")
     asked.add_argument("--spp", type=int, default=16, help="of the fits (%(default)s)")
     asked.add_argument("--folder", help="kept; a later run takes its photos")

@@ -121,7 +121,8 @@ TEST(ShapeDescent, AHighlightDoesNotOutweighOutlines) {
   const double before = distance_to_blob((*fit.result().fields_best)[0]);
   while (fit.step()) {
   }
-  EXPECT_LT(distance_to_blob((*fit.result().fields_best)[0]), 0.35 * before);
+  // Where the brightest vertices set the step, 0.89 of the distance is left.
+  EXPECT_LT(distance_to_blob((*fit.result().fields_best)[0]), 0.5 * before);
 }
 
 TEST(ShapeDescent, GoesOnFromItsStateToTheSameBits) {
