@@ -2,14 +2,16 @@
 """`./dev bench shape [ROW ...]`: shapes, colours and roughness fitted to photos by Cycles.
 
 Eight cameras photograph a body under an area lamp and a bright sky. `blob`: from a scaled sphere to
-a body with bumps, the material known. The other rows are those of the bird of the 2022 thesis, from
-shared/data beside this checkout (skipped where it is absent): a scan whose vertices are off by 1 %
-of its size, fitted by a colour map; by map and roughness; by vertices and map; and a scaled sphere
-fitted by vertices, colour and roughness.
+a body with bumps, the material known. `colors`: the vertex colours of that body, from grey. The
+other rows are those of the bird of the 2022 thesis (`./dev bench bird`), from shared/data beside
+this checkout (skipped where it is absent): a scan whose vertices are off by 1 % of its size, fitted
+by a colour map; by map and roughness; by vertices and map; and a scaled sphere fitted by vertices,
+colour and roughness. Shape comes before colours, then all take turns: see docs/guide/shape.md.
 
 A row each: mean distance of vertices from the true surface before and after, as a share of the
-diagonal of its bounding box; faces that are turned over; texels' PSNR where the photos see them;
-the error of a ninth photo, as a share of its brightness; seconds of CPU for an iteration.
+diagonal of its bounding box; faces that are turned over; PSNR of texels or vertex colours where the
+photos see them; the error of a ninth photo, as a share of its brightness; seconds of CPU for an
+iteration.
 """
 
 from __future__ import annotations
@@ -40,27 +42,30 @@ from selenite.cycles_check.render_settings import set_comparison  # noqa: E402
 MESHES = ROOT.parent / "shared/data/meshes"
 _SCAN = "penguin_26880.obj"
 _CAMERAS, _AWAY, _FIELD = 8, 4.0, 0.62
-_NOISE = 0.01  # of a scan, in diagonals of its bounding box
-_TEXELS, _PLAIN = 128, 0.5
+_PAINTED, _PLAIN = 512, 0.5  # texels along the true map; a start's grey
 _ROUGHNESS = 0.35
 _VERTICES = "Body:vertex_positions"
 _MAP = "Body:base_color_texture"
+_COLORS = "Body:vertex_colors"
 
 
 @dataclass(frozen=True)
 class Row:
     """scan: starts at the scan with noise, else at a scaled sphere. mapped: the body has a colour
-    map. fits: what is fitted. starts: values that are not those of the truth."""
+    map. fits: what is fitted. painted: the body has vertex colours, and starts at its true shape.
+    roughness: that of the start."""
 
     scan: bool
     mapped: bool
     fits: tuple[str, ...]
     bird: bool = True
+    painted: bool = False
     roughness: float = _ROUGHNESS
 
 
 ROWS = {
     "blob": Row(False, False, (_VERTICES,), bird=False),
+    "colors": Row(False, False, (_COLORS,), bird=False, painted=True),
     "map": Row(True, True, (_MAP,)),
     "map-roughness": Row(True, True, (_MAP, "Body:roughness"), roughness=0.7),
     "shape-map": Row(True, True, (_VERTICES, _MAP)),
@@ -118,9 +123,9 @@ def _bumps(n: np.ndarray) -> np.ndarray:
     return 0.68 * (1.1 + 0.25 * x * y + 0.15 * np.sin(3 * z + 1) + 0.1 * y)
 
 
-def _noise(vertices: np.ndarray, faces: np.ndarray, seed: int) -> np.ndarray:
-    """In random directions that change smoothly, as a scan is off."""
-    found = np.random.default_rng(seed).normal(size=vertices.shape)
+def _noise(vertices: np.ndarray, faces: np.ndarray, share: float) -> np.ndarray:
+    """In random directions that change smoothly, as a scan is off; `share`: of the diagonal."""
+    found = np.random.default_rng(5).normal(size=vertices.shape)
     pairs = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     pairs = np.unique(np.sort(pairs, axis=1), axis=0)
     for _ in range(2):
@@ -130,7 +135,7 @@ def _noise(vertices: np.ndarray, faces: np.ndarray, seed: int) -> np.ndarray:
             np.add.at(counts, a, 1)
         found = sums / counts[:, None]
     size = np.linalg.norm(np.ptp(vertices, axis=0))
-    return found * (_NOISE * size / np.linalg.norm(found, axis=1).mean())
+    return found * (share * size / np.linalg.norm(found, axis=1).mean())
 
 
 def _scene(mesh: Any, row: Row, height: int) -> Any:  # noqa: ANN401
@@ -177,6 +182,24 @@ def _paint(pixels: np.ndarray) -> None:
     made.link(material, node.outputs["Color"])
 
 
+def _colors(vertices: np.ndarray) -> np.ndarray:
+    """The true colours of these vertices."""
+    turn = np.arctan2(vertices[:, 1], vertices[:, 0]) / (2 * math.pi)
+    return _pattern(turn, 0.5 + vertices[:, 2] / 2)
+
+
+def _paint_vertices(item: Any, colors: np.ndarray) -> None:  # noqa: ANN401
+    """A colour attribute as the base colour."""
+    attribute = item.data.color_attributes.new("Color", "FLOAT_COLOR", "POINT")
+    flat = np.ones((len(colors), 4), np.float32)
+    flat[:, :3] = colors
+    attribute.data.foreach_set("color", flat.ravel())
+    material = bpy.data.materials["Body"]
+    node = material.node_tree.nodes.new("ShaderNodeVertexColor")
+    node.layer_name = "Color"
+    made.link(material, node.outputs["Color"])
+
+
 def _photograph(folder: Path, samples: int) -> None:
     scene = bpy.context.scene
     scene.render.image_settings.file_format = "OPEN_EXR"
@@ -217,6 +240,13 @@ def texel_psnr(folder: Path, row: dict[str, Any]) -> float:
     return float(-10 * np.log10(np.mean((found - wanted)[seen].astype(float) ** 2)))
 
 
+def color_psnr(folder: Path, row: dict[str, Any], wanted: np.ndarray) -> float:
+    """In dB, of vertex colours that have left their start, in linear light."""
+    found = np.load(folder / row["files"][0])
+    seen = np.abs(found - _PLAIN).max(axis=1) > 1e-6  # noqa: PLR2004 - rounding
+    return float(-10 * np.log10(np.mean((found - wanted)[seen].astype(float) ** 2)))
+
+
 def examine(name: str, options: argparse.Namespace, more: list[str], folder: Path) -> str:
     """The table's row."""
     row = ROWS[name]
@@ -224,22 +254,23 @@ def examine(name: str, options: argparse.Namespace, more: list[str], folder: Pat
     if row.bird:
         true, faces = _bird(options.vertices)
     else:
-        ball, faces = _sphere(4 * options.vertices)
+        ball, faces = _sphere(options.vertices if row.painted else 4 * options.vertices)
         true = ball * _bumps(ball)[:, None]
-    _scene(_mesh_of(true, faces), row, options.height)
+    item = _scene(_mesh_of(true, faces), row, options.height)
+    if row.painted:
+        _paint_vertices(item, _colors(true))
     if row.mapped:
-        grid = np.meshgrid(
-            (np.arange(4 * _TEXELS) + 0.5) / (4 * _TEXELS),
-            1 - (np.arange(4 * _TEXELS) + 0.5) / (4 * _TEXELS),
-        )
-        _paint(_pattern(*grid))
+        places = (np.arange(_PAINTED) + 0.5) / _PAINTED
+        _paint(_pattern(*np.meshgrid(places, 1 - places)))
     photos = folder / name
     photos.mkdir(exist_ok=True)
     if not (photos / f"{_CAMERAS}.exr").exists():
         _photograph(photos, options.samples)
 
-    start, of_start = true + _noise(true, faces, 5), faces
-    if not row.scan:
+    start, of_start = true, faces
+    if row.scan:
+        start = true + _noise(true, faces, options.noise)
+    elif not row.painted:
         ball, of_start = _sphere(options.vertices)
         start = ball * (0.5 * np.ptp(true, axis=0) * 0.9) + (true.max(0) + true.min(0)) / 2
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -247,6 +278,8 @@ def examine(name: str, options: argparse.Namespace, more: list[str], folder: Pat
     if row.scan:  # with the map's places of the true mesh
         item.data.vertices.foreach_set("co", start.astype(np.float32).ravel())
         item.data.update()
+    if row.painted:
+        _paint_vertices(item, np.full_like(true, _PLAIN))
     body = bpy.data.materials["Body"]
     made.socket(body, "roughness").default_value = row.roughness
     if row.mapped or "Body:base_color" in row.fits:
@@ -256,7 +289,7 @@ def examine(name: str, options: argparse.Namespace, more: list[str], folder: Pat
     words = [word for fitted in row.fits for word in ("--fit", fitted)]
     words += [f"--photo=Camera {i}={photos / f'{i}.exr'}" for i in range(_CAMERAS)]
     if row.mapped:
-        words += ["--grid", f"{_MAP}={_TEXELS}"]
+        words += ["--grid", f"{_MAP}={options.texels}"]
     fitted = photos / "fitted.blend"
     result = report_of(
         "fit", str(scene), *words, "--height", str(options.height), "--spp", str(options.spp),
@@ -266,6 +299,8 @@ def examine(name: str, options: argparse.Namespace, more: list[str], folder: Pat
     out = Path(result["folder"])
     after = np.load(out / "Body_vertex_positions.npy") if _VERTICES in row.fits else start
     psnr = texel_psnr(out, result["parameters"][_MAP]) if row.mapped else math.nan
+    if row.painted:
+        psnr = color_psnr(out, result["parameters"][_COLORS], _colors(true))
     shown = photos / "unseen.exr"
     report_of(
         "render", str(fitted), "--camera", f"Camera {_CAMERAS}", "--height", str(options.height),
@@ -286,13 +321,15 @@ def examine(name: str, options: argparse.Namespace, more: list[str], folder: Pat
     )
 
 
-def main() -> int:
-    """Prints the table."""
-    asked = argparse.ArgumentParser(prog="./dev bench shape", description=__doc__)
-    asked.add_argument("rows", nargs="*", metavar="ROW", help=f"of {', '.join(ROWS)}; all")
+def main(usual: tuple[str, ...] = tuple(ROWS), prog: str = "./dev bench shape") -> int:
+    """Prints the table; `usual`: its rows where none is asked for."""
+    asked = argparse.ArgumentParser(prog=prog, description=__doc__)
+    asked.add_argument("rows", nargs="*", metavar="ROW", help=f"of {', '.join(ROWS)}")
     asked.add_argument("--height", type=int, default=64, help="of photos and fits (%(default)s)")
     asked.add_argument("--samples", type=int, default=512, help="of photos (%(default)s)")
     asked.add_argument("--vertices", type=int, default=1200, help="of a start, about (%(default)s)")
+    asked.add_argument("--texels", type=int, default=128, help="along a map (%(default)s)")
+    asked.add_argument("--noise", type=float, default=0.01, help="of a scan (%(default)s)")
     asked.add_argument("--iterations", type=int, default=100, help="of a stage (%(default)s)")
     asked.add_argument("--spp", type=int, default=16, help="of the fits (%(default)s)")
     asked.add_argument("--folder", help="kept; a later run takes its photos")
@@ -307,7 +344,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="selenite-shape-") as place:
         folder = Path(options.folder or place)
         folder.mkdir(exist_ok=True)
-        for name in options.rows or ROWS:
+        for name in options.rows or usual:
             if ROWS[name].bird and not (MESHES / _SCAN).is_file():
                 print(f"{name}: skipped, {MESHES / _SCAN} is absent", file=table, flush=True)
                 continue

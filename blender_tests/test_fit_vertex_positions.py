@@ -100,6 +100,21 @@ def test_a_fit_finds_the_shape_and_the_saved_scene_has_it(tmp_path, capsys):
     assert second["loss"]["start"] < 0.2 * report["loss"]["start"]
 
 
+def test_the_slope_of_a_squared_error_is_linear_in_the_photo():
+    ball()
+    core = native.core()
+    evaluator = core.Evaluator(build(made.read()), threads=1)
+
+    def slopes(loss, value):
+        photo = core.Photo("Camera", np.full((24, 24, 3), value, np.float32))
+        _, found = evaluator.gradient(photo, "Ball", "vertex_positions", 8, loss=loss, seed=3)
+        return found
+
+    mean = slopes("mean", 0.3)
+    low, high = (slopes("squared_error", value) for value in (0.25, 0.5))
+    np.testing.assert_allclose(low - high, 2 * (0.5 - 0.25) * mean, atol=1e-4 * abs(mean).max())
+
+
 def test_what_cannot_be_fitted_is_named():
     item = ball()
     assert requested().values.shape == (len(item.data.vertices), 3)

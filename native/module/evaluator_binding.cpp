@@ -100,10 +100,11 @@ PixelLoss loss_of(const Photo& photo, bool squared) {
   }
   if (photo.reference.empty())
     throw Refused("gradient", "photo '" + photo.id + "' has no pixels", "give its reference");
-  Picture reference = photo.reference;
-  for (Colorf& pixel : reference) pixel = pixel / gain;
-  return [error = squared_error(reference), square = gain * gain](std::size_t pixel,
-                                                                  const Film& film) {
+  // The loss refers to the picture: both go together.
+  auto reference = std::make_shared<Picture>(photo.reference);
+  for (Colorf& pixel : *reference) pixel = pixel / gain;
+  return [reference, error = squared_error(*reference), square = gain * gain](std::size_t pixel,
+                                                                              const Film& film) {
     PixelSlope found = error(pixel, film);
     return PixelSlope{found.slope * square, found.curvature * square};
   };

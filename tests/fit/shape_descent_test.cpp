@@ -16,11 +16,11 @@ namespace selenite {
 namespace {
 
 /// A ball of 0.55, each point moved out by a factor, over a floor, seen by eight cameras.
-Scene body(const std::function<double(const Vec3d&)>& factor, int rings, double colour = 0.7) {
+Scene body(const std::function<double(const Vec3d&)>& factor, int rings, const Material& material) {
   SceneBuilder builder;
   Mesh mesh = sphere_mesh(0.55, rings);
   for (Vec3f& p : mesh.positions) p = Vec3f(Vec3d(p) * factor(normalize(Vec3d(p))));
-  const int object = place(builder, std::move(mesh), builder.add_material(matte("Body", colour)));
+  const int object = place(builder, std::move(mesh), builder.add_material(material));
   builder.instances[object].name = "Body";
   place(builder, quad_mesh(4), builder.add_material(matte("Floor", 0.4)), translation({0, 0, -1}));
   builder.add_light(area(120, 2, {2, -1, 3}));
@@ -32,6 +32,9 @@ Scene body(const std::function<double(const Vec3d&)>& factor, int rings, double 
   const Scene scene = builder.build();
   const Mesh& placed = scene.geometry->meshes()[0];
   return with_vertices(scene, 0, VertexNormals(placed), placed.positions);
+}
+Scene body(const std::function<double(const Vec3d&)>& factor, int rings, double colour = 0.7) {
+  return body(factor, rings, matte("Body", colour));
 }
 double ball(const Vec3d&) { return 1; }
 double blob(const Vec3d& n) {
@@ -107,6 +110,19 @@ TEST(ShapeDescent, GoesFromABallToABlob) {
   }
   EXPECT_EQ(
       crossings(positions, mesh.triangles, joined_vertices(matrix_of(fit.fields().start()[0]))), 0);
+}
+
+TEST(ShapeDescent, AHighlightDoesNotOutweighOutlines) {
+  Material glossy = plastic("Body");
+  glossy.values.base_color = Color<double>(0.4);
+  glossy.values.roughness = 0.25;
+  const Scene target = body(blob, 24, glossy), start = body(ball, 8, glossy);
+  Fit fit(start, photos_of(target, 32, 256), {vertices()}, short_fit(50));
+  const double before = distance_to_blob((*fit.result().fields_best)[0]);
+  while (fit.step()) {
+  }
+  // Where the brightest vertices set the step, 0.89 of the distance is left.
+  EXPECT_LT(distance_to_blob((*fit.result().fields_best)[0]), 0.5 * before);
 }
 
 TEST(ShapeDescent, GoesOnFromItsStateToTheSameBits) {

@@ -113,6 +113,7 @@ HistoryRow ShapeDescent::observe(FitRun& run, VertexMatrix& gradient) {
           if (brightness_.size() == i)
             brightness_.push_back(std::max(mean_square(photos[i].reference, photos[i]),
                                            mean_square(film.mean, photos[i])));
+          dim_highlights(i, film.mean, loss.slope);
           return std::move(loss.slope);
         },
         how);
@@ -121,6 +122,16 @@ HistoryRow ShapeDescent::observe(FitRun& run, VertexMatrix& gradient) {
     run.previews[i] = std::make_shared<const Picture>(std::move(found.film.mean));
   }
   return row;
+}
+
+void ShapeDescent::dim_highlights(std::size_t index, const Picture& shown, Picture& slope) const {
+  const Photo& photo = problem_->photos()[index];
+  const double usual = options_.bright * std::sqrt(brightness_[index]);
+  for (std::size_t p = 0; p < slope.size(); ++p) {
+    float top = 0;
+    for (int c = 0; c < 3; ++c) top = std::max({top, photo.reference[p][c], shown[p][c]});
+    if (top > usual) slope[p] = slope[p] * static_cast<float>(square(usual / top));
+  }
 }
 
 void ShapeDescent::observe_outline(FitRun& run, const Scene& here, std::size_t index,
@@ -176,14 +187,16 @@ void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
   squares_ = squares_ * options_.second_decay + smooth.cwiseAbs2() * (1 - options_.second_decay);
   const double first = 1 - std::pow(options_.first_decay, done_ + 1);
   const double second = 1 - std::pow(options_.second_decay, done_ + 1);
-  const double typical = std::sqrt(squares_.maxCoeff() / second);
+  const double typical = std::sqrt(squares_.mean() / second);
   if (!(typical > 0) || !std::isfinite(typical)) return;
   const double turn = std::cos(std::numbers::pi * done_ / problem_->settings().iterations);
   const double rate = problem_->fields().wanted().front().learning_rate;
   const double length =
       size_ * rate * (options_.last_step + (1 - options_.last_step) * (1 + turn) / 2);
   const VertexMatrix way = mean_ * (-length / (first * typical));
-  double share = 1;
+  const double farthest =
+      (smoothing_.solve(coordinates_ + way) - positions_).rowwise().norm().maxCoeff();
+  double share = farthest > length ? length / farthest : 1;
   bool turned = false, crossed = false;
   for (int i = 0; i <= options_.halvings; ++i, share /= 2) {
     VertexMatrix there = smoothing_.solve(coordinates_ + way * share);

@@ -20,14 +20,17 @@ struct ShapeDescentOptions {
   /// lambda of MeshSmoothing for each vertex: the same part of the surface moves together, however
   /// fine the mesh is.
   double smoothness = 0.01;
+  /// In root mean squares of the photo or the first picture, whichever is larger: a brighter pixel
+  /// counts by the square of this over its brightness. Else a highlight outweighs all outlines.
+  double bright = 1;
   /// Of the squared error of the outline, where masks say it, beside that of the picture, in mean
   /// squares of the photo or the first picture, whichever is larger.
   double outline = 1;
 };
 
 /// Moves the vertices of an object until renders match photos: descent with large steps, in which all
-/// vertices share one second moment. A step that would turn a face over, or lead a surface through
-/// another one, is shortened.
+/// vertices share one second moment, and none goes farther than the length of a step. A step that
+/// would turn a face over, or lead a surface through another one, is shortened.
 ///
 /// Source: Nicolet, Jacobson, Jakob 2021, "Large Steps in Inverse Rendering of Geometry".
 class ShapeDescent final : public Phase {
@@ -45,6 +48,8 @@ class ShapeDescent final : public Phase {
  private:
   /// The loss at the present vertices and its gradient, as a row of the history.
   HistoryRow observe(FitRun& run, VertexMatrix& gradient);
+  /// The slope of the loss in a photo, with less of what is bright there or in the picture.
+  void dim_highlights(std::size_t photo, const Picture& shown, Picture& slope) const;
   /// Adds the gradient by the outline in a photo, where its masks say what it should be.
   void observe_outline(FitRun& run, const Scene& here, std::size_t photo, const Evaluation& how,
                        VertexMatrix& gradient) const;
@@ -67,7 +72,7 @@ class ShapeDescent final : public Phase {
 
   VertexMatrix positions_, coordinates_;
   VertexMatrix mean_, squares_;     ///< moments of the gradient
-  std::vector<double> brightness_;  ///< by which outlines are weighed, of each photo
+  std::vector<double> brightness_;  ///< mean square, of each photo or its first picture
   int done_ = 0;
 };
 
