@@ -75,6 +75,7 @@ def test_every_setting_is_in_the_panel_and_reaches_the_fit():
         "physical_refraction": True,
         "search": "off",
         "precision": "exact",
+        "prior": "misfit",
     }
     drawn = draw(panels.SELENITE_PT_advanced).splitlines()
     names = [field.name for field in fields(FitSettings)]
@@ -105,7 +106,7 @@ def test_iterations_that_are_typed_are_the_most_there_are():
 def test_every_setting_is_an_argument(name):
     option = "--no-accumulate" if name == "accumulate" else f"--{name.replace('_', '-')}"
     flags = ("physical_refraction", "accumulate", "until_converged")
-    words = {"search": ["off"], "precision": ["draft"]}
+    words = {"search": ["off"], "precision": ["draft"], "prior": ["misfit"]}
     value = words.get(name, [] if name in flags else ["3"])
     args = build_parser().parse_args(["fit", "scene.blend", option, *value])
     assert getattr(args, name) != getattr(build_parser().parse_args(["fit", "scene.blend"]), name)

@@ -39,6 +39,7 @@ PANEL = {
     "physical_refraction": True,
     "search": "off",
     "precision": "exact",
+    "prior": "misfit",
 }
 #: Settings that the native fit has otherwise, or not at all.
 OTHERWISE = ("height", "picture_spp", "physical_refraction", "until_converged", "precision")

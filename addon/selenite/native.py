@@ -46,6 +46,7 @@ if TYPE_CHECKING:
         Search = _core.Search
         ModelError = _core.ModelError
         ShapeSteps = _core.ShapeSteps
+        FieldPattern = _core.FieldPattern
         FitResult = _core.FitResult
         Stage = _core.Stage
         Fit = _core.Fit

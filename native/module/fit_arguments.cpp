@@ -11,7 +11,7 @@ FitSettings settings_of(const py::handle& object) {
       object, "settings",
       {"loss", "optimiser", "iterations", "most_iterations", "spp", "tolerance", "seed", "depth",
        "threads", "accumulate", "validation_interval", "validation_spp", "search", "refinement",
-       "refinement_spp", "precision", "finite_differences"});
+       "refinement_spp", "precision", "prior", "finite_differences"});
   FitSettings settings;
   named.take("loss", settings.loss);
   named.take("optimiser", settings.optimiser);
@@ -30,6 +30,7 @@ FitSettings settings_of(const py::handle& object) {
   named.take("refinement", settings.refinement);
   named.take("refinement_spp", settings.refinement_spp);
   named.take("precision", settings.precision);
+  named.take("prior", settings.prior);
   return settings;
 }
 

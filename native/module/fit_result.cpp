@@ -255,6 +255,9 @@ FoundFit found_by(const FitJob& job) {
   found.counts = sum;
   found.seconds = s.seconds;
   found.search = stages_of(run).front()->result.search;
+  for (const EndedStage* stage : stages_of(run))
+    for (std::size_t f = 0; f < stage->result.patterns.size(); ++f)
+      found.patterns[py::str(stage->problem->fields().names()[f])] = stage->result.patterns[f];
   found.report = named(*newest.problem, r.report, r.best);
   found.history = history_of(job, run);
   if (job.stages().size() > 1) {
@@ -331,6 +334,12 @@ void bind_report(py::module_& m) {
 }
 
 void bind_parts(py::module_& m) {
+  py::class_<FieldPattern>(m, "FieldPattern",
+                           "What a field says of the residuals, as shares of their squares.")
+      .def_readonly("explained", &FieldPattern::explained,
+                    "Of those beside one value at all places; NaN: not known.")
+      .def_readonly("left", &FieldPattern::left,
+                    "Of those at the end: what photos agree on that it does not show.");
   py::class_<FoundPhoto>(m, "FoundPhoto", "What a fit has found of a photo; None: it was given.")
       .def_readonly("residual_rms", &FoundPhoto::residual_rms)
       .def_readonly("unexplained", &FoundPhoto::unexplained, "Share of its brightness.")
@@ -420,6 +429,7 @@ its noise. Losses and report are those of the last stage.)")
       .def_readonly("seconds", &FoundFit::seconds)
       .def_readonly("search", &FoundFit::search)
       .def_readonly("shape_steps", &FoundFit::shape_steps)
+      .def_readonly("patterns", &FoundFit::patterns, "Name of a field -> FieldPattern.")
       .def_readonly("report", &FoundFit::report)
       .def_readonly("history", &FoundFit::history)
       .def_readonly("stages", &FoundFit::stages, "List of FoundStage; None without stages.");

@@ -87,7 +87,8 @@ struct FoundFit {
   RenderCounts counts;
   double seconds = 0;
   MultiStartResult search;
-  ShapeSteps shape_steps;  ///< of all stages
+  pybind11::dict patterns;  ///< name of a field -> FieldPattern
+  ShapeSteps shape_steps;   ///< of all stages
   NamedReport report;
   FitHistory history;
   std::optional<std::vector<FoundStage>> stages;

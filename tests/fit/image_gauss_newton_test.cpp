@@ -32,14 +32,16 @@ struct LinearImage {
   Scene scene = with_texels();
   std::vector<Photo> photos;
   Fields fields{scene, {texels()}};
-  std::unique_ptr<FieldGaussNewton> newton = FieldGaussNewton::of(fields, photos);
+  std::unique_ptr<FieldGaussNewton> newton;
   std::vector<PlaceSlopes> slopes;
   std::vector<InstrumentalVariables::Set> z;  ///< of what texels explain, and of single pixels
   std::vector<Eigen::VectorXf> weights;
   std::mt19937 random{5};
   std::normal_distribution<float> normal;
 
-  explicit LinearImage(std::size_t count = 4) : photos(grey_photos(scene, count)) {
+  explicit LinearImage(std::size_t count = 4, bool by_agreement = true)
+      : photos(grey_photos(scene, count)),
+        newton(FieldGaussNewton::of(fields, photos, {.by_agreement = by_agreement})) {
     newton->set_values(fields.start());
     std::uniform_real_distribution<float> some(0.5f, 1.5f);
     for (std::size_t i = 0; i < photos.size(); ++i) {
@@ -148,6 +150,27 @@ TEST(ImageGaussNewton, ThePriorCountsByWhatPhotosDisagreeOn) {
   patterned.add_residuals(LinearImage::pattern(), {0, 0}, 0.005f);
   patterned.newton->solve(1);
   EXPECT_NEAR(patterned.newton->prior_strength(), 0.01 * variance, 0.004 * variance);
+}
+
+TEST(ImageGaussNewton, ThePriorCountsByTheWholeMisfitWhereThatIsAskedFor) {
+  LinearImage asked(4, false);
+  asked.add_residuals(LinearImage::pattern(), {0, 0}, 0.005f);
+  asked.newton->solve(1);
+  double sum = 0;
+  for (std::size_t i = 0; i < asked.photos.size(); ++i)
+    for (Eigen::Index row = 1; row < kRows; row += 3)
+      sum += std::pow(asked.shown(i, LinearImage::pattern())[row], 2);
+  const double mean = asked.weights[0][0] * sum / (4 * kSide * kSide);
+  EXPECT_NEAR(asked.newton->prior_strength(), mean, 0.02 * mean);
+}
+
+TEST(ImageGaussNewton, TellsWhatPatternIsLeft) {
+  LinearImage noisy, patterned;
+  noisy.add_residuals(Vector::Zero(kNumbers), {0, 0}, 0.05f);
+  patterned.add_residuals(LinearImage::pattern(), {0, 0}, 0.001f);
+  for (LinearImage* one : {&noisy, &patterned}) one->newton->solve(1);
+  EXPECT_LT(noisy.newton->pattern_left(), 0.05);
+  EXPECT_GT(patterned.newton->pattern_left(), 0.99);
 }
 
 /// Four pixels see each texel once: texels take up a quarter of the errors.

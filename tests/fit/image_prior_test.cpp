@@ -62,8 +62,8 @@ Scene fine_board(float pattern) {
   return scene;
 }
 
-/// Size of the pattern that a fit finds, of photos that show it at these sizes.
-double found_pattern(float first, float second) {
+/// Of photos that show the pattern at these sizes.
+FitResult fitted(float first, float second, const std::string& prior = "agreement") {
   std::vector<Photo> photos = taken_photos(fine_board(first), kSide);
   photos.push_back(taken_photos(fine_board(second), kSide)[0]);
   photos[1].id = "Second";
@@ -72,11 +72,17 @@ double found_pattern(float first, float second) {
   settings.spp = 8;
   settings.tolerance = 0;
   settings.threads = 1;
+  settings.prior = prior;
   Fit fit(fine_board(0), photos, {texels()}, settings);
   while (fit.step()) {
   }
   EXPECT_EQ(fit.result().stopped, StopReason::kIterations) << fit.result().message;
-  const Vector& values = fit.result().fields_best->front();
+  return fit.result();
+}
+
+/// Size of the pattern that a fit has found.
+double pattern_of(const FitResult& result) {
+  const Vector& values = result.fields_best->front();
   double sum = 0;
   for (Eigen::Index i = 0; i < kSide * kSide; ++i)
     sum += (values[3 * i] - 0.5) * ((i / 2 % 2) == (i / kSide / 2 % 2) ? 1 : -1);
@@ -85,10 +91,20 @@ double found_pattern(float first, float second) {
 
 /// Least squares would find the same pattern both times, the mean of the photos.
 TEST(ImagePrior, APatternThatPhotosContradictIsFoundInPart) {
-  const double agreed = found_pattern(0.1f, 0.1f), contradicted = found_pattern(0.2f, 0);
+  const FitResult same = fitted(0.1f, 0.1f), other = fitted(0.2f, 0);
+  const double agreed = pattern_of(same), contradicted = pattern_of(other);
   EXPECT_GT(agreed, 0.06);
   EXPECT_LT(contradicted, 0.85 * agreed);
   EXPECT_GT(contradicted, 0.3 * agreed);
+  EXPECT_GT(same.patterns[0].explained, 0.9);
+  EXPECT_LT(other.patterns[0].explained, 0.7);
+}
+
+/// The residuals are the pattern of both photos: they say nothing against it.
+TEST(ImagePrior, WhatPhotosAgreeOnHoldsBackNoPattern) {
+  const double agreed = pattern_of(fitted(0.1f, 0.1f)),
+               by_all = pattern_of(fitted(0.1f, 0.1f, "misfit"));
+  EXPECT_GT(agreed, by_all);
 }
 
 }  // namespace

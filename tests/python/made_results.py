@@ -51,6 +51,9 @@ def made_fit(found: Mapping[str, Any] | None = None) -> Any:
         "search": _made(core.Search, search | given.pop("search", {})),
         "model_error": _made(core.ModelError, model_error | given.pop("model_error", {})),
         "shape_steps": _made(core.ShapeSteps, shape_steps | given.pop("shape_steps", {})),
+        "patterns": {
+            name: _made(core.FieldPattern, row) for name, row in given.pop("patterns", {}).items()
+        },
         "stages": stages and [_made(core.FoundStage, row) for row in stages],
     }
     values = {

@@ -22,6 +22,7 @@ def options() -> dict[str, dict[str, str]]:
         for name, body in STRUCT.findall(header.read_text(encoding="utf-8")):
             body = re.sub(r"//.*", "", body)
             body = re.sub(r"^  struct \w+ \{.*?^  \};", "", body, flags=re.MULTILINE | re.DOTALL)
+            body = re.sub(r"^  static .*?^  \}", "", body, flags=re.MULTILINE | re.DOTALL)
             found[name] = {m[0]: m[1] or m[2] for m in MEMBER.findall(body)}
     return found
 

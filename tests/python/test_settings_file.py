@@ -30,6 +30,7 @@ OTHER = FitSettings(
     physical_refraction=True,
     search="on",
     precision="draft",
+    prior="misfit",
 )
 #: What files left out before it existed.
 OLD = {"until_converged": False, "precision": "exact"}

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -20,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from made_results import made_fit, with_changes  # noqa: E402
 
 from selenite._core import StopReason  # noqa: E402
-from selenite.fit import trust  # noqa: E402
+from selenite.fit import pattern, trust  # noqa: E402
 from selenite.fit.unknowns import Unknown  # noqa: E402
 
 
@@ -331,3 +332,30 @@ def test_gloss_beside_an_unknown_light_depends_on_its_texels(name: str) -> None:
     said = [line for line in trust.words(unknown(name), found) if "512 texels" in line]
     assert len(said) == 1
     assert not any("texels" in line for line in trust.words(COLOUR, found))
+
+
+def test_a_pattern_and_what_photos_do_not_agree_on_are_told_apart() -> None:
+    photo = {"unexplained": 0.2}
+    fit = made_fit({
+        "captures": {"Front": photo, "Back": photo},
+        "patterns": {
+            "Body:base_color_texture": {"explained": 0.83, "left": 0.36},
+            "Body:albedo_grid": {"explained": 0.5, "left": 0.0},
+            "Body:density_grid": {"explained": math.nan, "left": 0.0},
+        },
+    })  # fmt: skip
+    image = pattern.of_field(fit, "Body:base_color_texture")
+    assert image is not None
+    assert image.as_json() == pytest.approx({"explained": 0.83, "left": 0.36, "model_error": 0.16})
+    assert image.sentence("Body:base_color_texture") == (
+        "Body:base_color_texture: its pattern explains 83% of the residual, and photos agree on "
+        "36% of the rest; model error 16.0% of the photos' brightness"
+    )
+    grid = pattern.of_field(fit, "Body:albedo_grid")
+    assert grid is not None
+    assert grid.sentence("Grid") == (
+        "Grid: its pattern explains 50% of the residual; model error 20.0% of the photos' "
+        "brightness"
+    )
+    assert pattern.of_field(fit, "Body:density_grid") is None
+    assert pattern.of_field(fit, "Lamp:power") is None

@@ -221,6 +221,9 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     precision = "where refinement ends: 90 %% intervals within 3 %% (draft) or 1 %% (usual) of the "
     precision += "bounds' distance, or twice that of the value; exact: after all samples"
     add("--precision", choices=("draft", "usual", "exact"), help=precision)
+    prior = "what holds back the pattern of grids and images: agreement, differences from photos "
+    prior += "on which these do not agree (default), or misfit, all of them"
+    add("--prior", choices=("agreement", "misfit"), help=prior)
     add("--spp", type=int, help="samples per pixel and iteration")
     add("--height", type=int, help="pixels of the compared pictures")
     add("--learning-rate", type=float, help="of Adam")

@@ -22,7 +22,7 @@ class FitSettings:
     cameras, otherwise one per camera. picture_spp: samples of the pictures in the result folder.
     physical_refraction: see SceneValues. search: whether multi-start comes before the first step,
     "on", "off" or "auto" (where Gauss-Newton fits). precision: of PRECISIONS, where refinement may
-    end.
+    end. prior: of PRIORS, what holds back the pattern of grids and images.
     """
 
     loss: str = "robust"
@@ -41,6 +41,7 @@ class FitSettings:
     physical_refraction: bool = False
     search: str = "auto"
     precision: str = "usual"
+    prior: str = "agreement"
 
     def problems(self) -> list[Problem]:
         """What is out of range. Losses and optimisers are listed natively."""
@@ -58,12 +59,13 @@ class FitSettings:
                 cause = f"'{getattr(self, name)}' is not known"
                 cure = choice(getattr(self, name), choices)
                 found.append(Problem(f"Setting '{name}'", cause, cure))
-        if self.search not in SEARCHES:
-            cure = choice(self.search, SEARCHES)
-            found.append(Problem("Setting 'search'", f"'{self.search}' is not known", cure))
-        if self.precision not in PRECISIONS:
-            cure = choice(self.precision, PRECISIONS)
-            found.append(Problem("Setting 'precision'", f"'{self.precision}' is not known", cure))
+        for name, words in (
+            ("search", SEARCHES), ("precision", tuple(PRECISIONS)), ("prior", PRIORS),
+        ):  # fmt: skip
+            value = getattr(self, name)
+            if value not in words:
+                cause = f"'{value}' is not known"
+                found.append(Problem(f"Setting '{name}'", cause, choice(value, words)))
         least = losses.get(self.loss, 1)
         if self.spp < least:
             cause = f"loss '{self.loss}' needs {least} samples per pixel"
@@ -107,11 +109,13 @@ class FitSettings:
         """What the native Fit takes."""
         names = ("loss", "optimiser", "iterations", "spp", "tolerance", "seed", "depth", "threads")
         most = MOST_TIMES * self.iterations if self.until_converged else 0
-        own = {name: getattr(self, name) for name in (*names, "accumulate", "search")}
+        own = {name: getattr(self, name) for name in (*names, "accumulate", "search", "prior")}
         return own | {"most_iterations": most, "precision": PRECISIONS[self.precision]}
 
 
 SEARCHES = ("auto", "on", "off")
+#: The residual by which the prior of a grid or image counts: beside what photos agree on, or all.
+PRIORS = ("agreement", "misfit")
 #: Half of a 90 % interval that suffices, as a share of the bounds' distance, or twice that of the
 #: value; 0: refinement takes all its samples.
 PRECISIONS = {"draft": 0.03, "usual": 0.01, "exact": 0.0}

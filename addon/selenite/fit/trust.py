@@ -13,6 +13,7 @@ from .. import native
 from ..messages import control, joined, message
 from ..parameters import join_name, plain
 from ..problems import listed
+from . import pattern
 from .diagnosis.gauge import ENVIRONMENT, gauges
 from .field_kinds import IN_PLACE_OF
 from .plan import FitPlan
@@ -362,6 +363,9 @@ def sentences(plan: FitPlan, fit: FitResult, *, intervals: bool = True) -> list[
             cure = message("trust.check-lights-cameras-masks", "Check lights, cameras and masks")
             text = joined(". ", (text, cure))
         lines.append(text)
+    for one in plan.fields:
+        if (found := pattern.of_field(fit, one.name)) is not None:
+            lines.append(found.sentence(one.name))
     if left is not None:
         lines.append(_misfit_text(left, unexplained_percent(fit), _fields(fit)))
     elif not plan.fields and (share := unexplained_percent(fit)) > 0:

@@ -36,6 +36,7 @@ _GROUPS = (
         "Steps",
         ("iterations", "until_converged", "loss", "tolerance", "optimiser", "accumulate", "search"),
     ),
+    ("Grids and Images", ("prior",)),
     ("Run", ("precision", "seed", "threads", "picture_spp")),
 )
 

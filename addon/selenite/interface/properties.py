@@ -52,6 +52,16 @@ PRECISION_ITEMS = (
     ("usual", "Usual", "90 % intervals within 1 % of the bounds' distance or 2 % of the value", 1),
     ("exact", "Exact", "As narrow as all samples make them", 2),
 )
+PRIOR_ITEMS = (
+    (
+        "agreement",
+        "What Photos Agree On",
+        "Differences that follow a texel through several photos are pattern; the others hold "
+        "it back",
+        0,
+    ),
+    ("misfit", "Whole Misfit", "All differences from the photos hold the pattern back", 1),
+)
 SEARCH_ITEMS = (
     ("auto", "Where Useful", "Evaluate many starting points where few parameters are fitted", 0),
     ("on", "Always", "Evaluate many starting points", 1),
@@ -322,6 +332,13 @@ class SeleniteSettings(bpy.types.PropertyGroup):
         default=_DEFAULTS.precision,
         description="How well values are to be known. Refinement ends as soon as they are, or when "
         "more samples of these photos would not suffice",
+    )
+    prior: EnumProperty(
+        name="Prior by",
+        items=PRIOR_ITEMS,
+        default=_DEFAULTS.prior,
+        description="How far the prior holds back the pattern of grids and images where the model "
+        "does not explain the photos",
     )
     physical_refraction: BoolProperty(
         name="Physical Refraction",

@@ -22,6 +22,7 @@ from ..fit.fields import FieldUnknown
 from ..fit.job import fitted_values
 from ..fit.model_error import EXPLAINED, ModelError
 from ..fit.old_names import renamed
+from ..fit.pattern import of_field
 from ..fit.plan import FitPlan
 from ..fit.unknowns import Unknown
 from ..json_text import read_json
@@ -261,6 +262,8 @@ def _field_row(item: FieldUnknown, result: FinishedFit) -> ParameterRow:
     about = item.about(result.fields[item.name], result.coverage.get(item.name))
     if (agreement := result.halves.get(item.name)) is not None:
         about["halves"] = agreement.as_json()
+    if (pattern := of_field(result.fit, item.name)) is not None:
+        about["pattern"] = pattern.as_json()
     return ParameterRow(
         item.mean(item.values),
         result.mean(item),

@@ -56,6 +56,7 @@ void plan_restart(RenderPlan& plan) {
 struct Descent::Next {
   Point point;
   FieldAdam field_adam;
+  PhotoAgreement agreement;
   std::unique_ptr<JointGaussNewton> joint;
   /// A copy where the optimiser steps between renders: a cancelled iteration leaves no trace.
   std::unique_ptr<Optimiser> optimiser;
@@ -71,10 +72,12 @@ Descent::Descent(const FitRun& run, DescentOptions options)
       options_(options),
       blocks_(run.strategy.blocks(run.problem)),
       field_adam_(run.problem.fields()),
+      agreement_(run.problem.fields()),
       restart_(run) {
   if (strategy_->joint)
     joint_ = std::make_unique<JointGaussNewton>(problem_->scalars(), problem_->fields(),
-                                                run.point.fields);
+                                                run.point.fields, GaussNewtonOptions{},
+                                                FieldGaussNewtonOptions::of(problem_->settings()));
   else
     optimiser_ = strategy_->optimiser.make(problem_->scalars());
 }
@@ -115,8 +118,12 @@ bool Descent::iterate(FitRun& run) {
   if (reverted) validation = run.best.validation();
   const Point from = reverted ? Point{result.best, *result.fields_best} : run.point;
   HistoryRow row = run.row(from);
-  Next next{from, field_adam_, joint_ ? std::make_unique<JointGaussNewton>(*joint_) : nullptr,
-            problem_->settings().accumulate ? nullptr : optimiser_->clone(), field_steps(run)};
+  Next next{from,
+            field_adam_,
+            agreement_,
+            joint_ ? std::make_unique<JointGaussNewton>(*joint_) : nullptr,
+            problem_->settings().accumulate ? nullptr : optimiser_->clone(),
+            field_steps(run)};
   if (next.joint && reverted) next.joint->set_fields(from.fields);
   observe_photos(run, block, row, next);
   const double keep = kept();
@@ -136,6 +143,7 @@ bool Descent::iterate(FitRun& run) {
   run.point.scalars = result.last = problem_->unknowns().project(next.point.scalars);
   run.point.fields = std::move(next.point.fields);
   field_adam_ = std::move(next.field_adam);
+  agreement_ = std::move(next.agreement);
   joint_ = std::move(next.joint);
   if (block.fields && strategy_->after_multi_start() && !joint_) smooth_images(run, block);
   if (!problem_->fields().empty())
@@ -180,6 +188,7 @@ void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& 
         next.point, photo, problem_->fields(),
         {problem_->loss(), problem_->scalars().weights->of_loss(index)}, how);
     next.gradients.resize(found.fields.size());
+    next.agreement.add(found.fields);
     for (std::size_t f = 0; f < next.gradients.size(); ++f) {
       std::vector<double>& sum = next.gradients[f];
       sum.resize(found.fields[f].size());
@@ -209,6 +218,7 @@ void Descent::observe_photos(FitRun& run, const Block& block, HistoryRow& row, N
         run.evaluator.expect(next.point, photos[k], with_derivatives(run, of_step(run, k)));
       });
     observe(run, i, block, next);
+    if (i + 1 == photos.size()) next.agreement.end_round();
     row.loss += share * next.seen.back().loss.value;
     row.mean_bias += mean_bias(next.seen.back().film, photos[i]) * share;
     if (block.fields && !next.joint && (strategy_->after_multi_start() || !accumulate)) {
@@ -247,7 +257,11 @@ void Descent::step_all(const Block& block, bool reverted, Next& next) {
 
 /// By the gradients of the photos since the last step.
 void Descent::step_fields(Next& next) const {
-  for (FieldStep& how : next.how) how.prior = {next.misfit, count_of(problem_->photos())};
+  const bool by_agreement = problem_->settings().by_agreement();
+  for (std::size_t f = 0; f < next.how.size(); ++f) {
+    const double pattern = by_agreement ? next.agreement.share(f) : 0;
+    next.how[f].prior = {(1 - pattern) * next.misfit, count_of(problem_->photos())};
+  }
   next.field_adam.step(next.point.fields, next.gradients, next.how);
   next.gradients.clear();
   next.misfit = 0;
@@ -279,6 +293,9 @@ bool Descent::finish(FitRun& run) {
                        ? run.point.scalars
                        : problem_->unknowns().project(optimiser_->estimate(run.point.scalars));
   if (!run.best.may_yield(x, run.result) && begin_restart(run)) return true;
+  for (std::size_t f = 0; f < run.result.patterns.size(); ++f)
+    run.result.patterns[f].left =
+        joint_ ? joint_->field_solver().pattern_left() : agreement_.share(f);
   const Validation validation =
       restart_.found() ? *restart_.found() : run.validate({x, run.point.fields});
   if (!run.best.yields(x, validation, run.result) && begin_restart(run)) return true;
@@ -347,7 +364,7 @@ void Descent::members(SavedState& state) {
     state(*joint_);
   else
     optimiser_->members(state);
-  state(field_adam_, field_means_, restart_, done_, weighed_);
+  state(field_adam_, agreement_, field_means_, restart_, done_, weighed_);
 }
 
 void Descent::plan(RenderPlan& plan) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "fit/objective/photo_agreement.h"
 #include "fit/phases/low_roughness_restart.h"
 #include "fit/solver/field_adam.h"
 #include "fit/solver/joint_gauss_newton.h"
@@ -74,6 +75,7 @@ class Descent final : public Phase {
   BlockSchedule blocks_;
   std::unique_ptr<Optimiser> optimiser_;  ///< of the scalars; null: `joint_`
   FieldAdam field_adam_;
+  PhotoAgreement agreement_;                 ///< on what Adam steps images by
   std::unique_ptr<JointGaussNewton> joint_;  ///< of voxels together with scalars
   FieldValues field_means_;                  ///< of a block so far
   LowRoughnessRestart restart_;

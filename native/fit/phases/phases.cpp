@@ -231,6 +231,7 @@ bool FieldRefinementPhase::step(FitRun& run) {
   const Vector x = refinement_.point().scalars;
   if (!run.accept(x, run.validate({x, run.point.fields}))) refinement_.accept(run.result.best);
   run.result.report = refinement_.report();
+  for (FieldPattern& one : run.result.patterns) one.left = refinement_.fields().pattern_left();
   return false;
 }
 

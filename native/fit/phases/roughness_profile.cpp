@@ -24,7 +24,9 @@ std::unique_ptr<RoughnessProfile> RoughnessProfile::of(const FitRun& run,
 }
 
 RoughnessProfile::RoughnessProfile(const FitRun& run)
-    : RoughnessProfile(run, *FieldGaussNewton::of(run.problem.fields(), run.problem.photos()),
+    : RoughnessProfile(run,
+                       *FieldGaussNewton::of(run.problem.fields(), run.problem.photos(),
+                                             FieldGaussNewtonOptions::of(run.problem.settings())),
                        GaussNewton(run.problem.scalars()), {}) {}
 
 RoughnessProfile::RoughnessProfile(const FitRun& run, const FieldGaussNewton& fields,

@@ -295,4 +295,31 @@ std::vector<Color<double>> Fields::means(const FieldValues& values) const {
   return means;
 }
 
+/// Values of places that no photo shows stay as they were.
+Vector Fields::evened(std::size_t field, const Vector& values) const {
+  const int n = channels(field);
+  const Texture* const image = images_[field].get();
+  const auto at = [&](Eigen::Index i) {
+    const Color<double> stored(values[i], values[i + 1 % n], values[i + 2 % n]);
+    return image ? Color<double>(image->decode(Colorf(stored))) : stored;
+  };
+  Color<double> sum, moved;
+  double count = 0;
+  for (Eigen::Index i = 0; i < values.size(); i += n) {
+    const Color<double> one = at(i);
+    sum += one;
+    if (values.segment(i, n) == start_[field].segment(i, n)) continue;
+    moved += one;
+    ++count;
+  }
+  const Color<double> mean =
+      count > 0 ? moved * (1 / count) : sum * (n / static_cast<double>(values.size()));
+  const Colorf stored = image ? image->encode(Colorf(mean)) : Colorf(mean);
+  Vector even(values.size());
+  for (Eigen::Index i = 0; i < even.size(); ++i)
+    even[i] = std::clamp<double>(stored[static_cast<int>(i % n)], wanted_[field].minimum,
+                                 wanted_[field].maximum);
+  return even;
+}
+
 }  // namespace selenite

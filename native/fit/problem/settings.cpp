@@ -77,6 +77,9 @@ void FitSettings::check() const {
     if (value != "on" && value != "off" && value != "auto")
       problems.add(
           {"", joined(name, " = '", value, "' is unknown"), "choose one of auto, on, off"});
+  if (prior != "agreement" && prior != "misfit")
+    problems.add(
+        {"", joined("prior = '", prior, "' is unknown"), "choose one of agreement, misfit"});
   problems.collect([&] {
     const Loss& chosen = find_loss(loss);
     if (spp >= 1 && spp < chosen.least_spp)

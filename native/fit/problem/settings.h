@@ -44,6 +44,9 @@ struct FitSettings {
   /// Half of a 90 % interval that suffices, as a share of the bounds' distance, or twice that of the
   /// value; 0: a refinement takes all its samples.
   double precision = 0;
+  /// How far the prior of fields counts beside the photos: by "agreement", what is left of the residuals beside
+  /// a pattern on which the photos agree, or by the whole "misfit".
+  std::string prior = "agreement";
   Renderer renderer = render;  ///< a test puts an analytic picture here
   /// Who renders in its place; null: nobody. Results are the same bit by bit.
   std::shared_ptr<RenderWorkers> workers{};
@@ -51,6 +54,7 @@ struct FitSettings {
   int chosen_most_iterations() const { return std::max(iterations, most_iterations); }
   int chosen_validation_spp() const;
   int chosen_refinement_spp() const;
+  bool by_agreement() const { return prior == "agreement"; }
   /// InvalidArgument names every setting that is out of range.
   void check() const;
 };

@@ -42,7 +42,10 @@ std::unique_ptr<Phase> Fit::phase_to_restore(PhaseKind kind) {
     case PhaseKind::kRefinement:
       if (strategy_.joint)
         return std::make_unique<FieldRefinementPhase>(
-            run_, *FieldGaussNewton::of(problem_.fields(), problem_.photos()), nullptr);
+            run_,
+            *FieldGaussNewton::of(problem_.fields(), problem_.photos(),
+                                  FieldGaussNewtonOptions::of(problem_.settings())),
+            nullptr);
       return std::make_unique<RefinementPhase>(run_, minima_, Alternative{run_.point.scalars},
                                                nullptr);
     case PhaseKind::kComparison:

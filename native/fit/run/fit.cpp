@@ -30,6 +30,8 @@ std::vector<PlannedRenders> Fit::plan(const FitProblem& problem, const Strategy&
   }
   if (strategy.multi_start) MultiStartPhase::plan(plan);
   Descent::plan(plan);
+  plan.validate(strategy.refines ? PhaseKind::kRefinement : PhaseKind::kDescent,
+                static_cast<double>(problem.fields().refs().size()));
   if (!strategy.refines) return plan.renders();
   if (strategy.joint) {
     FieldRefinementPhase::plan(plan);
@@ -62,6 +64,7 @@ bool Fit::step(Progress* progress) {
 
 void Fit::enter(std::unique_ptr<Phase> phase) {
   if (!phase) {
+    run_.explain_fields();
     run_.stop(run_.result.iterations < all_iterations() ? StopReason::kConverged
                                                         : StopReason::kIterations);
     return;

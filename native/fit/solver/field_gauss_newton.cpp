@@ -332,6 +332,11 @@ void FieldGaussNewton::solve(double done) {
     channel.descent = -channel.jacobian->transposed_times(residual).cast<double>();
     const double all = channel.normal.trace();
     channel.variance = all > 0 ? noise / all : 0;
+    channel.whole = residual.cast<double>().squaredNorm() /
+                    std::max<double>(static_cast<double>((residual.array() != 0).count()), 1);
+    channel.remaining = channel.whole;
+    if (all > 0 && !options_.by_agreement)
+      channel.variance = std::max(channel.variance, channel.whole);
     // What no light explains is not noise: a residual that stays counts as well.
     if (all > 0 && has_environment())
       channel.variance =
@@ -353,9 +358,9 @@ void FieldGaussNewton::solve(double done) {
       for (int round = 0; round < options_.variance_rounds; ++round) {
         NormalMatrix normal = channel.normal;
         normal.add(channel.variance, prior_.precision(), damping);
-        channel.variance = std::max(
-            noise,
-            remaining_variance(*channel.jacobian, normal, residuals[static_cast<std::size_t>(c)]));
+        channel.remaining =
+            remaining_variance(*channel.jacobian, normal, residuals[static_cast<std::size_t>(c)]);
+        if (options_.by_agreement) channel.variance = std::max(noise, channel.remaining);
       }
     }
     channel.normal.add(channel.variance, prior_.precision(), damping);
@@ -363,6 +368,15 @@ void FieldGaussNewton::solve(double done) {
         channel.variance * prior_.precision()->times(selenite::of_channel(values, c) -
                                                      selenite::of_channel(prior_.mean(), c));
   }
+}
+
+double FieldGaussNewton::pattern_left() const {
+  double whole = 0, remaining = 0;
+  for (const Channel& channel : channels_) {
+    whole += channel.whole;
+    remaining += channel.remaining;
+  }
+  return whole > 0 ? std::max(0.0, 1 - remaining / whole) : 0;
 }
 
 /// Neighbouring cells share what no light explains, and each block of them says it once.

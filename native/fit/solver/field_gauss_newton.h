@@ -9,6 +9,7 @@
 
 #include "fit/photo/photo.h"
 #include "fit/problem/fields.h"
+#include "fit/problem/settings.h"
 #include "fit/solver/cell_matrix.h"
 #include "fit/solver/field_prior.h"
 #include "fit/solver/instrumental_variables.h"
@@ -46,6 +47,11 @@ struct FieldGaussNewtonOptions {
   int blocks = 10;                    ///< along a photo's longer side, as of `GainPriorOptions`
   double environment_damping = 1e-5;  ///< light is linear: far steps are as good as near ones
   int active_set_rounds = 8;
+  bool by_agreement = true;  ///< see `FitSettings::prior`
+
+  static FieldGaussNewtonOptions of(const FitSettings& settings) {
+    return {.by_agreement = settings.by_agreement()};
+  }
 };
 
 /// Gauss-Newton for the voxels of albedo grids, images of colours and the world's image, for
@@ -111,6 +117,8 @@ class FieldGaussNewton {
   const FieldValues& values() const { return values_; }
   /// By which the prior of green counted in the last `solve`: the variance of a residual of weight 1.
   double prior_strength() const { return channels_[1].variance; }
+  /// Share of the squared residuals of the last `solve` that fields could still explain; 0 but for images.
+  double pattern_left() const;
 
   void members(SavedState& state);
 
@@ -141,6 +149,8 @@ class FieldGaussNewton {
     NormalMatrix normal;
     double variance = 0;      ///< of a residual of weight 1, by which the prior's precision counts
     Eigen::VectorXd descent;  ///< right side of the equations of the voxels at fixed scalars
+    /// Variance of a residual of weight 1: of all of them, and of what texels cannot explain.
+    double whole = 0, remaining = 0;
   };
   /// Sums over cells: (cells * 3, columns), channel by channel.
   template <class Pixels>

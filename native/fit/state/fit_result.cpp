@@ -52,7 +52,7 @@ void FitResult::members(SavedState& state) {
   };
   state(last, best, best_iteration, best_validation, best_validation_standard_error, photos,
         start_validation, model_error, kept_start, iterations, phase, phase_fraction, search,
-        shape_steps, report, history);
+        shape_steps, patterns, report, history);
   fields(fields_last);
   fields(fields_best);
 }

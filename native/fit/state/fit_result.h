@@ -60,6 +60,12 @@ struct ShapeSteps {
   int given_up = 0;      ///< of both: they were dropped
 };
 
+/// What a field says of the residuals, as shares of their squares.
+struct FieldPattern {
+  double explained = 0;  ///< of those beside one value at all places; NaN: not known
+  double left = 0;       ///< of those at the end: what photos agree on that it does not show
+};
+
 struct FitResult : RenderCounts {
   Vector last;
   /// The newest values whose validation is not worse than the smallest one by more than its noise.
@@ -81,6 +87,7 @@ struct FitResult : RenderCounts {
   double phase_fraction = 0;  ///< of the phase
   MultiStartResult search;
   ShapeSteps shape_steps;
+  std::vector<FieldPattern> patterns;  ///< one a field
   TrustReport report;
   std::vector<HistoryRow> history;
 

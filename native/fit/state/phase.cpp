@@ -23,6 +23,7 @@ FitRun::FitRun(const FitProblem& problem, const Strategy& strategy)
       previews(problem.photos().size()),
       evaluator(scene_model(problem), problem.settings(), result) {
   result.last = result.best = point.scalars;
+  result.patterns.assign(point.fields.size(), {kNotDone, 0});
   result.fields_last = result.fields_best = std::make_shared<FieldValues>(point.fields);
   result.best_validation = result.best_validation_standard_error = result.start_validation =
       kNotDone;
@@ -83,6 +84,20 @@ bool FitRun::accept(const Vector& x, const Validation& validation, bool confirme
   const bool is_best = result.best == next.values;
   result.history.push_back(std::move(next));
   return is_best;
+}
+
+void FitRun::explain_fields() {
+  if (problem.fields().vertices() || std::isnan(result.best_validation)) return;
+  const double seen = std::max(result.best_validation, 0.0);
+  for (std::size_t f = 0; f < result.patterns.size(); ++f) {
+    Point even{result.best, *result.fields_best};
+    even.fields[f] = problem.fields().evened(f, even.fields[f]);
+    Previews unseen(previews.size());
+    const double without = selenite::validate(problem, evaluator, even,
+                                              problem.settings().chosen_validation_spp(), unseen)
+                               .unbiased;
+    if (without > 0) result.patterns[f].explained = std::max(0.0, 1 - seen / without);
+  }
 }
 
 bool FitRun::stop(StopReason reason, std::string message) {

@@ -34,6 +34,8 @@ struct FitRun {
   /// Moves to x, whose validation that is, as the final state so far. `confirmed`: more samples than a
   /// validation's say that it is the best. True where it became the best.
   bool accept(const Vector& x, const Validation& validation, bool confirmed = false);
+  /// What fields explain of the residuals, by a validation of each with one value at all places.
+  void explain_fields();
   /// Ends the fit; returns false.
   bool stop(StopReason reason, std::string message = {});
   /// Ends the fit where too many samples were not finite.

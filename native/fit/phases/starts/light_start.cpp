@@ -19,7 +19,8 @@ std::unique_ptr<LightStart> LightStart::of(const FitProblem& problem, std::uint6
 LightStart::LightStart(const FitProblem& problem, std::vector<Photo> photos, std::uint64_t seed)
     : problem_(&problem),
       photos_(std::move(photos)),
-      solver_(FieldGaussNewton::of(problem.fields(), photos_)),
+      solver_(FieldGaussNewton::of(problem.fields(), photos_,
+                                   FieldGaussNewtonOptions::of(problem.settings()))),
       seed_(seed) {
   for (const Photo& photo : photos_) weights_.push_back(relative_weights(photo, photos_.size()));
   solver_->set_values(problem.fields().start());
