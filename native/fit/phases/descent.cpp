@@ -15,6 +15,10 @@ namespace selenite {
 
 namespace {
 
+/// Last step of an image of numbers without a multi-start, in learning rates.
+/// Measured: docs/measurements/fields.md, "Maps".
+constexpr double kLastRateOfNumbers = 0.1;
+
 /// After a step: what follows takes memory too. Small pictures are not worth a walk through all that is free.
 void forget_derivatives(std::vector<Observation>& seen) {
   constexpr std::size_t kMuch = 1 << 24;  // pixels of all slots
@@ -318,13 +322,16 @@ bool Descent::within_tolerance(const FitRun& run) const {
          sum / options_.tolerance_window < tolerance;
 }
 
+/// Derivatives by numbers such as a roughness are mostly noise. Without a multi-start their steps become short and
+/// narrow: those of texels that hardly show would be random walks as long as the steps of any other.
 /// After a multi-start fields are still uniform, have far to go and few steps: these begin long and, of
 /// images, wide. Those of images end short and narrow, as the noise of texels looks like detail, and a
 /// slightly rough body then explains the photos better than the right one. Voxels have farther to go.
 std::vector<FieldStep> Descent::field_steps(const FitRun& run) const {
   const Fields& fields = problem_->fields();
   std::vector<FieldStep> steps(fields.refs().size());
-  if (!strategy_->after_multi_start()) return steps;
+  const bool searched = strategy_->after_multi_start();
+  if (!searched && !strategy_->has_images) return steps;
   const double done = static_cast<double>(blocks_.count(&Block::fields, run.result.iterations)) /
                       blocks_.count(&Block::fields, problem_->settings().iterations);
   const auto between = [done](double first, double last) { return first + (last - first) * done; };
@@ -336,9 +343,14 @@ std::vector<FieldStep> Descent::field_steps(const FitRun& run) const {
       std::pow(between(side(options_.first_spread), side(options_.last_spread)), 2);
   // Each photo makes a step.
   const double share = 1 / std::sqrt(static_cast<double>(problem_->photos().size()));
-  for (std::size_t f = 0; f < steps.size(); ++f)
-    steps[f] = {share * between(options_.first_rate, fields.on_surface(f) ? options_.last_rate : 1),
-                spread};
+  for (std::size_t f = 0; f < steps.size(); ++f) {
+    if (searched)
+      steps[f] = {
+          share * between(options_.first_rate, fields.on_surface(f) ? options_.last_rate : 1),
+          spread};
+    else if (fields.on_surface(f) && fields.channels(f) == 1)
+      steps[f] = {between(1, kLastRateOfNumbers), spread};
+  }
   return steps;
 }
 
