@@ -204,6 +204,7 @@ void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
       there.col(axis) = there.col(axis)
                             .cwiseMax(low_[static_cast<std::size_t>(axis)])
                             .cwiseMin(high_[static_cast<std::size_t>(axis)]);
+    turned = hold_back(there) || turned;
     const FaceGuard::Verdict verdict = guard_.move_to(there);
     turned = turned || verdict == FaceGuard::Verdict::kTurned;
     crossed = crossed || verdict == FaceGuard::Verdict::kCrossed;
@@ -218,6 +219,20 @@ void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
   steps.intersecting += crossed;
   ++steps.given_up;
   mean_.setZero();  // what led here leads nowhere
+}
+
+bool ShapeDescent::hold_back(VertexMatrix& there) const {
+  bool any = false;
+  for (int round = 0; round <= 2 * options_.halvings; ++round) {
+    const std::vector<int> held = guard_.turning(there);
+    if (held.empty()) break;
+    any = true;
+    for (const int v : held)
+      there.row(v) = round < options_.halvings
+                         ? Eigen::RowVector3d((there.row(v) + positions_.row(v)) / 2)
+                         : Eigen::RowVector3d(positions_.row(v));
+  }
+  return any;
 }
 
 double ShapeDescent::fraction() const {
