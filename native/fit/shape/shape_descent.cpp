@@ -238,10 +238,10 @@ void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
 bool ShapeDescent::hold_back(VertexMatrix& there) const {
   bool any = false;
   for (int round = 0; round <= 2 * options_.halvings; ++round) {
-    const std::vector<int> held = guard_.turning(there);
-    if (held.empty()) break;
+    const std::vector<int> stopped = guard_.turning(there);
+    if (stopped.empty()) break;
     any = true;
-    for (const int v : held)
+    for (const int v : stopped)
       there.row(v) = round < options_.halvings
                          ? Eigen::RowVector3d((there.row(v) + positions_.row(v)) / 2)
                          : Eigen::RowVector3d(positions_.row(v));
