@@ -132,15 +132,16 @@ TEST(ShapeDescent, GoesOnFromItsStateToTheSameBits) {
       first(start, photos, {vertices()}, short_fit(4));
   while (whole.step()) {
   }
-  first.step();
-  first.step();
-  Fit second(start, photos, {vertices()}, short_fit(4));
-  second.restore(first.saved());
-  while (second.step()) {
+  for (int done = 1; done <= 3; ++done) {  // before and after details come in
+    first.step();
+    Fit second(start, photos, {vertices()}, short_fit(4));
+    second.restore(first.saved());
+    while (second.step()) {
+    }
+    EXPECT_EQ(*second.result().fields_last, *whole.result().fields_last) << done;
+    EXPECT_EQ(*second.result().fields_best, *whole.result().fields_best) << done;
+    EXPECT_EQ(second.result().history.size(), whole.result().history.size()) << done;
   }
-  EXPECT_EQ(*second.result().fields_last, *whole.result().fields_last);
-  EXPECT_EQ(*second.result().fields_best, *whole.result().fields_best);
-  EXPECT_EQ(second.result().history.size(), whole.result().history.size());
   Fit other(body(ball, 5), photos, {vertices()}, short_fit(4));
   EXPECT_THROW(other.restore(first.saved()), InvalidArgument);
 }

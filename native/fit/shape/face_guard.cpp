@@ -11,6 +11,8 @@ namespace {
 
 /// A face lies at most 78 degrees off the surface that its smoothed neighbours make.
 constexpr double kLeastCosine = 0.2;
+/// Of a cosine at the start below that: its neighbours turn the smoothed surface.
+constexpr double kCosineSlack = 0.05;
 
 using Triangle = std::array<int, 3>;
 
@@ -137,6 +139,8 @@ FaceGuard::FaceGuard(std::vector<Triangle> triangles, const VertexNormals& norma
                      const VertexMatrix& positions)
     : triangles_(std::move(triangles)), joined_(joined_vertices(positions)), normals_(&normals) {
   set(positions);
+  for (const double cosine : faces_.cosine)
+    least_.push_back(std::min(kLeastCosine, cosine - kCosineSlack));
 }
 
 void FaceGuard::set(const VertexMatrix& positions) {
@@ -146,7 +150,7 @@ void FaceGuard::set(const VertexMatrix& positions) {
 
 FaceGuard::Verdict FaceGuard::move_to(const VertexMatrix& positions) {
   Faces faces = faces_of(positions);
-  if (turns_over(faces)) return Verdict::kTurned;
+  if (!turned(faces).empty()) return Verdict::kTurned;
   const int count = crossings(positions, triangles_, joined_);
   if (count > crossings_) return Verdict::kCrossed;
   faces_ = std::move(faces);
@@ -172,13 +176,21 @@ FaceGuard::Faces FaceGuard::faces_of(const VertexMatrix& positions) const {
   return faces;
 }
 
-bool FaceGuard::turns_over(const Faces& faces) const {
-  for (std::size_t i = 0; i < faces.cosine.size(); ++i) {
-    if (!(dot(faces.doubled[i], faces_.doubled[i]) > 0)) return true;
-    // One that starts so may stay so, and get better.
-    if (faces.cosine[i] < kLeastCosine && faces.cosine[i] < faces_.cosine[i]) return true;
-  }
-  return false;
+std::vector<std::size_t> FaceGuard::turned(const Faces& faces) const {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < faces.cosine.size(); ++i)
+    if (!(dot(faces.doubled[i], faces_.doubled[i]) > 0) || faces.cosine[i] < least_[i])
+      found.push_back(i);
+  return found;
+}
+
+std::vector<int> FaceGuard::turning(const VertexMatrix& positions) const {
+  std::vector<int> vertices;
+  for (const std::size_t i : turned(faces_of(positions)))
+    vertices.insert(vertices.end(), triangles_[i].begin(), triangles_[i].end());
+  std::ranges::sort(vertices);
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  return vertices;
 }
 
 }  // namespace selenite

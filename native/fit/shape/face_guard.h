@@ -18,7 +18,7 @@ int crossings(const VertexMatrix& positions, const std::vector<std::array<int, 3
               const std::vector<int>& joined);
 
 /// Watches over the faces of a mesh that moves: none may turn over, and no surface go through another.
-/// What the mesh has of both at its start may stay, and get better.
+/// What the mesh has of both at its start may stay.
 class FaceGuard {
  public:
   FaceGuard(std::vector<std::array<int, 3>> triangles, const VertexNormals& normals,
@@ -27,6 +27,8 @@ class FaceGuard {
   enum class Verdict { kGood, kTurned, kCrossed };
   /// Of a way from the positions before; those become the ones to start from if it is good.
   Verdict move_to(const VertexMatrix& positions);
+  /// Vertices of the faces that a way there would turn over.
+  std::vector<int> turning(const VertexMatrix& positions) const;
   /// Without a check.
   void set(const VertexMatrix& positions);
 
@@ -37,12 +39,13 @@ class FaceGuard {
     std::vector<double> cosine;
   };
   Faces faces_of(const VertexMatrix& positions) const;
-  bool turns_over(const Faces& faces) const;
+  std::vector<std::size_t> turned(const Faces& faces) const;
 
   std::vector<std::array<int, 3>> triangles_;
   std::vector<int> joined_;
   const VertexNormals* normals_;
   Faces faces_;
+  std::vector<double> least_;  ///< cosine of each face
   int crossings_ = 0;
 };
 

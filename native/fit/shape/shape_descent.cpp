@@ -51,6 +51,15 @@ double mean_square(const Picture& picture, const Photo& photo) {
   return sum;
 }
 
+/// Of the smoothness, after a quarter of a fit: the shape of the whole comes first, then details.
+constexpr double kFinerSmoothness = 0.15;
+
+MeshSmoothing smoothing_of(const Scene& scene, int instance, double smoothness) {
+  const Mesh& mesh = mesh_of(scene, instance);
+  const std::size_t vertices = mesh.positions.size();
+  return {static_cast<int>(vertices), mesh.triangles, smoothness * static_cast<double>(vertices)};
+}
+
 }  // namespace
 
 ShapeDescent::ShapeDescent(const FitRun& run, ShapeDescentOptions options)
@@ -59,10 +68,7 @@ ShapeDescent::ShapeDescent(const FitRun& run, ShapeDescentOptions options)
       start_(problem_->scene_at(problem_->start())),
       vertices_{problem_->fields().vertices()->instance,
                 VertexNormals(mesh_of(start_, problem_->fields().vertices()->instance))},
-      smoothing_(static_cast<int>(mesh_of(start_, vertices_.instance).positions.size()),
-                 mesh_of(start_, vertices_.instance).triangles,
-                 options_.smoothness *
-                     static_cast<double>(mesh_of(start_, vertices_.instance).positions.size())),
+      smoothing_(smoothing_of(start_, vertices_.instance, options_.smoothness)),
       guard_(mesh_of(start_, vertices_.instance).triangles, vertices_.normals,
              as_matrix(mesh_of(start_, vertices_.instance).positions)),
       positions_(as_matrix(mesh_of(start_, vertices_.instance).positions)),
@@ -182,11 +188,19 @@ bool ShapeDescent::finish(FitRun& run) const {
 }
 
 void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
+  const int coarse = problem_->settings().iterations / 4;
+  if (done_ == coarse) {
+    smoothing_ = smoothing_of(start_, vertices_.instance, options_.smoothness * kFinerSmoothness);
+    coordinates_ = smoothing_.apply(positions_);
+    mean_.setZero();
+    squares_.setZero();
+  }
+  const int seen = done_ < coarse ? done_ : done_ - coarse;
   const VertexMatrix smooth = smoothing_.solve(gradient);
   mean_ = mean_ * options_.first_decay + smooth * (1 - options_.first_decay);
   squares_ = squares_ * options_.second_decay + smooth.cwiseAbs2() * (1 - options_.second_decay);
-  const double first = 1 - std::pow(options_.first_decay, done_ + 1);
-  const double second = 1 - std::pow(options_.second_decay, done_ + 1);
+  const double first = 1 - std::pow(options_.first_decay, seen + 1);
+  const double second = 1 - std::pow(options_.second_decay, seen + 1);
   const double typical = std::sqrt(squares_.mean() / second);
   if (!(typical > 0) || !std::isfinite(typical)) return;
   const double turn = std::cos(std::numbers::pi * done_ / problem_->settings().iterations);
@@ -204,6 +218,7 @@ void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
       there.col(axis) = there.col(axis)
                             .cwiseMax(low_[static_cast<std::size_t>(axis)])
                             .cwiseMin(high_[static_cast<std::size_t>(axis)]);
+    turned = hold_back(there) || turned;
     const FaceGuard::Verdict verdict = guard_.move_to(there);
     turned = turned || verdict == FaceGuard::Verdict::kTurned;
     crossed = crossed || verdict == FaceGuard::Verdict::kCrossed;
@@ -220,6 +235,20 @@ void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
   mean_.setZero();  // what led here leads nowhere
 }
 
+bool ShapeDescent::hold_back(VertexMatrix& there) const {
+  bool any = false;
+  for (int round = 0; round <= 2 * options_.halvings; ++round) {
+    const std::vector<int> stopped = guard_.turning(there);
+    if (stopped.empty()) break;
+    any = true;
+    for (const int v : stopped)
+      there.row(v) = round < options_.halvings
+                         ? Eigen::RowVector3d((there.row(v) + positions_.row(v)) / 2)
+                         : Eigen::RowVector3d(positions_.row(v));
+  }
+  return any;
+}
+
 double ShapeDescent::fraction() const {
   return static_cast<double>(done_) / problem_->settings().iterations;
 }
@@ -232,7 +261,10 @@ void ShapeDescent::members(SavedState& state) {
                   "The saved state is of a mesh with " + std::to_string(positions_.rows()) +
                       " vertices, this one has " + std::to_string(count),
                   "start without it");
-  if (state.reading()) guard_.set(positions_);
+  if (!state.reading()) return;
+  guard_.set(positions_);
+  if (done_ > problem_->settings().iterations / 4)
+    smoothing_ = smoothing_of(start_, vertices_.instance, options_.smoothness * kFinerSmoothness);
 }
 
 void ShapeDescent::plan(RenderPlan& plan) {

@@ -16,7 +16,7 @@ struct ShapeDescentOptions {
   /// Of the two moments. One rare bright path may not shorten the steps for the rest of the fit.
   double first_decay = 0.9, second_decay = 0.99;
   double last_step = 0.05;  ///< what is left of a step's length at the end
-  int halvings = 6;         ///< of a step before it is given up
+  int halvings = 6;         ///< of a step, and of a vertex's way, before it is given up
   /// lambda of MeshSmoothing for each vertex: the same part of the surface moves together, however
   /// fine the mesh is.
   double smoothness = 0.01;
@@ -29,8 +29,8 @@ struct ShapeDescentOptions {
 };
 
 /// Moves the vertices of an object until renders match photos: descent with large steps, in which all
-/// vertices share one second moment, and none goes farther than the length of a step. A step that
-/// would turn a face over, or lead a surface through another one, is shortened.
+/// vertices share one second moment, and none goes farther than the length of a step. Vertices
+/// whose faces would turn over are held back; a step through another surface is shortened.
 ///
 /// Source: Nicolet, Jacobson, Jakob 2021, "Large Steps in Inverse Rendering of Geometry".
 class ShapeDescent final : public Phase {
@@ -57,6 +57,8 @@ class ShapeDescent final : public Phase {
   bool finish(FitRun& run) const;
   /// Along the smoothed gradient, as far as no face turns over.
   void move(const VertexMatrix& gradient, ShapeSteps& steps);
+  /// Vertices of faces that turn over go less far, or stay; whether there were any.
+  bool hold_back(VertexMatrix& there) const;
   Scene scene() const;
   /// In the object's own space, as a field holds them.
   Vector own_positions() const;
