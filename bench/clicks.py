@@ -109,19 +109,22 @@ class Walk:
 
         It has to be there at once or after a redraw.
         """
-        for _ in range(20):
-            if places := self.places(words, sideways):
+        for attempt in range(20):
+            if places := self.places(words, sideways, of_light=attempt % 2 == 0):
                 return places[-1 if last else 0]
             time.sleep(0.5)
         self.picture("not_found")
         raise SystemExit(f"the display does not show '{words}'")
 
-    def places(self, words: str, sideways: bool = False) -> list[tuple[int, int]]:
-        """Where the display shows them now, from above."""
+    def places(
+        self, words: str, sideways: bool = False, of_light: bool = True
+    ) -> list[tuple[int, int]]:
+        """Where the display shows them now, from above. of_light: as letters that are light
+        whatever is behind them; else by their contrast, as those under the pointer."""
         began = time.monotonic()
         path = self.out / "now.png"
         subprocess.run(["import", "-window", "root", path], check=True)
-        found = _places(path, words, sideways)
+        found = _places(path, words, sideways, of_light)
         self.reading += time.monotonic() - began
         return found
 
@@ -140,11 +143,11 @@ def press(x: int, y: int) -> None:
     subprocess.run(["xdotool", "click", "1"], check=True)
 
 
-def _places(picture: Path, words: str, sideways: bool) -> list[tuple[int, int]]:
+def _places(picture: Path, words: str, sideways: bool, of_light: bool) -> list[tuple[int, int]]:
     """Where neighbouring words of one line are these, from above."""
     wanted = words.split()
     found = []
-    shown = _words(picture, sideways)
+    shown = _words(picture, sideways, of_light)
     for index in range(len(shown) - len(wanted) + 1):
         here = shown[index : index + len(wanted)]
         same_line = len({word.line for word in here}) == 1
@@ -153,13 +156,12 @@ def _places(picture: Path, words: str, sideways: bool) -> list[tuple[int, int]]:
     return sorted(found, key=lambda place: place[1])
 
 
-def _words(picture: Path, sideways: bool) -> list[Word]:
+def _words(picture: Path, sideways: bool, of_light: bool) -> list[Word]:
     """All that tesseract reads in a picture; `sideways`: what is written from below to above."""
     large = picture.with_name("large.png")
     turn = ["-rotate", "90"] if sideways else []
-    # Light letters alone: those of a blue button too.
-    enlarge = ["-colorspace", "Gray", "-level", "55%,85%", "-negate"]
-    enlarge += ["-resize", f"{100 * ENLARGED}%"]
+    levels = ["-level", "55%,85%"] if of_light else []
+    enlarge = ["-colorspace", "Gray", *levels, "-negate", "-resize", f"{100 * ENLARGED}%"]
     subprocess.run(["convert", picture, *turn, *enlarge, large], check=True)
     height = int(
         subprocess.run(
@@ -216,8 +218,9 @@ def walk(it: Walk, view: tuple[int, int]) -> dict[str, Any]:
     it.click("Start Fit")
     started = time.monotonic()
     it.wait("the fit", lambda seen: seen["phase"] is not None)
-    time.sleep(5)
-    in_sight = bool(it.places("Stop"))
+    in_sight = False
+    while not in_sight and it.seen().get("phase"):
+        in_sight = bool(it.places("Stop"))
     it.picture("running")
     it.wait("its end", lambda seen: len(seen["results"]) == 4 and seen["is_idle"])
     seconds["fit"] = time.monotonic() - started
