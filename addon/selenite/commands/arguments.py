@@ -14,8 +14,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from .. import native, parameters
-from ..fit.field_kinds import VERTEX_COLORS
-from ..fit.fields.vertex_colors import NEW
+from ..fit.field_kinds import kind_of
 from ..fit.settings import number
 from ..fit.staging.request import PRESETS, StageRequest, read_stages
 from ..parameters import Values
@@ -134,12 +133,16 @@ def words(
 def grids(texts: Sequence[str], problems: list[Problem]) -> dict[Key, str]:
     """["Body:albedo_grid=16", "Fog:albedo_grid=fog.vol", "Body:vertex_colors=new"] -> number,
     absolute path or "new" by name."""
+    found = words(texts, "--grid", "N or =FILE", problems)
     return {
-        key: word
-        if word.isdecimal() or (key[1], word) == (VERTEX_COLORS, NEW)
-        else str(absolute(word))
-        for key, word in words(texts, "--grid", "N or =FILE", problems).items()
+        key: word if word.isdecimal() or word in _starts(key[1]) else str(absolute(word))
+        for key, word in found.items()
     }
+
+
+def _starts(parameter: str) -> tuple[str, ...]:
+    kind = kind_of(parameter)
+    return kind.starts if kind is not None else ()
 
 
 def stages(text: str | None, problems: list[Problem]) -> tuple[StageRequest, ...]:

@@ -7,7 +7,8 @@ from .. import parameters
 from ..scene_read.values import SceneValues
 from . import images, vertex_colors, vertex_positions
 
-_VERTEX_COLORS, _VERTEX_POSITIONS = "vertex_colors", "vertex_positions"
+#: What belongs to a mesh -> the module that shows it there.
+_OF_MESH = {"vertex_colors": vertex_colors, "vertex_positions": vertex_positions}
 _SUFFIX, _NODE = "_texture", ".image"
 
 
@@ -15,10 +16,8 @@ def show(values: SceneValues, name: str, path: str) -> str:
     """Puts the file of a field, as in Body:roughness_texture or Ball:vertex_colors, into the scene.
     Returns what was done. Raises BadInput, and then nothing has changed."""
     owner, parameter = parameters.split_name(name)
-    if parameter == _VERTEX_COLORS:
-        return vertex_colors.show(values, owner, path)
-    if parameter == _VERTEX_POSITIONS:
-        return vertex_positions.show(values, owner, path)
+    if parameter in _OF_MESH:
+        return _OF_MESH[parameter].show(values, owner, path)
     if parameter.endswith(_NODE):
         return images.show_in_node(values, owner, path, parameter.removesuffix(_NODE))
     return images.show(values, owner, path, parameter.removesuffix(_SUFFIX))
@@ -27,9 +26,4 @@ def show(values: SceneValues, name: str, path: str) -> str:
 def restore(name: str) -> None:
     """Undoes `show`; what is gone meanwhile is passed over."""
     owner, parameter = parameters.split_name(name)
-    if parameter == _VERTEX_COLORS:
-        vertex_colors.restore(owner)
-    elif parameter == _VERTEX_POSITIONS:
-        vertex_positions.restore(owner)
-    else:
-        images.restore(owner)
+    _OF_MESH.get(parameter, images).restore(owner)

@@ -11,7 +11,7 @@ from ... import parameters
 from ...messages import thing
 from ...problems import BadInput, Problem
 from ...scene_read.values import SceneValues
-from ..field_kinds import field_kind, kind_of
+from ..field_kinds import Family, field_kind, kind_of
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from ..unknowns import Unknown
@@ -27,8 +27,16 @@ from .vertex_positions import VerticesUnknown, vertices_unknown
 __all__ = [
     "EnvironmentUnknown", "FieldUnknown", "GridUnknown", "ImageUnknown", "SurfaceUnknown",
     "VertexColorsUnknown", "VerticesUnknown", "choose", "fitted_environment", "fitted_grids",
-    "means", "name_of", "remarks", "split", "with_fields", "with_grids",
+    "means", "name_of", "of_body", "remarks", "split", "with_fields", "with_grids",
 ]  # fmt: skip
+
+#: What makes a field from its request, for the families of which nothing else in the fit counts.
+_OF_BODY = {
+    Family.IMAGE: image_unknown,
+    Family.NODE_IMAGE: graph_image_unknown,
+    Family.COLORS: vertex_colors_unknown,
+    Family.SHAPE: vertices_unknown,
+}
 
 
 def split(requests: Sequence[UnknownRequest]) -> tuple[list[UnknownRequest], list[UnknownRequest]]:
@@ -87,17 +95,18 @@ def _field(
     if not kind.is_environment and (request.size is not None or request.projection):
         cause = "only the world's image has a number of texels and a projection"
         raise BadInput(Problem(title, cause, "leave them out, or fit World:environment"))
-    if kind.is_shape:
-        return vertices_unknown(scene, request, settings, title)
-    if kind.is_mesh:
-        return vertex_colors_unknown(scene, request, settings, title)
-    if kind.is_graph_image:
-        return graph_image_unknown(scene, request, settings, title)
-    if kind.is_image:
-        return image_unknown(scene, request, settings, title)
+    if kind.is_of_body:
+        return of_body(scene, request, settings, title)
     if kind.is_environment:
         return environment_unknown(scene, request, others, settings, title)
     return grid_unknown(scene, request, others, settings, title)
+
+
+def of_body(
+    scene: SceneValues, request: UnknownRequest, settings: FitSettings, title: str
+) -> FieldUnknown:
+    """An image on a surface, or what belongs to a mesh. Raises BadInput."""
+    return _OF_BODY[field_kind(request.parameter).family](scene, request, settings, title)
 
 
 def remarks(fields: Sequence[FieldUnknown], others: Sequence[Unknown]) -> list[str]:

@@ -14,7 +14,7 @@ from ...parameters import Values
 from ...paths import file_stems
 from ...problems import BadInput, Problem, Reason, listed
 from ...scene_read.values import MapValues, Owner, SceneValues, TextureValues, greyed
-from ..field_kinds import field_kind
+from ..field_kinds import Family, field_kind
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from .base import (
@@ -52,7 +52,7 @@ class ImageUnknown(SurfaceUnknown):
     @property
     def is_light(self) -> bool:
         """Whether its texels reflect or emit more where they are larger: colours of a parameter."""
-        return self.channels > 1 and not self.kind.is_graph_image
+        return self.channels > 1 and self.kind.family is Family.IMAGE
 
     @property
     def file_stem(self) -> str:

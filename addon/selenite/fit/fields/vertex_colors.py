@@ -14,7 +14,7 @@ from ...paths import file_stems
 from ...problems import BadInput, Problem
 from ...scene_read.mesh_colors import color_map, new_colors, object_of, shown_colors
 from ...scene_read.values import SceneValues
-from ..field_kinds import field_kind
+from ..field_kinds import NEW, field_kind
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from .base import ONE_START, rate_of, share_bounds
@@ -23,9 +23,6 @@ from .seen import SurfaceUnknown, unseen_of
 
 if TYPE_CHECKING:
     from ..._core import Scene
-
-#: In place of a file at which colours start: a new attribute.
-NEW = "new"
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,10 +25,6 @@ from .base import FieldUnknown
 if TYPE_CHECKING:
     from ..._core import Scene
 
-#: How far a vertex may leave the bounding box of the start, in sizes of the box.
-USUAL_MARGIN = 0.5
-#: Largest step, in diagonals of that box.
-USUAL_RATE = 0.01
 #: The losses of single values weigh pixels by what they know; an outline is where they know least.
 LOSS = "dual-buffer"
 
@@ -103,13 +99,14 @@ def vertices_unknown(
     if request.start is not None:
         cure = "leave the start out, or start from the .npy file of a fit"
         raise BadInput(Problem(title, "it starts at the mesh, not at one value", cure))
-    low = -USUAL_MARGIN if request.minimum is None else request.minimum
-    high = USUAL_MARGIN if request.maximum is None else request.maximum
+    kind = KINDS[request.parameter]
+    low = kind.bounds[0] if request.minimum is None else request.minimum
+    high = kind.bounds[1] if request.maximum is None else request.maximum
     if not -100 <= low <= 0 <= high <= 100:  # noqa: PLR2004 - see the sentence
         cause = f"its bounds are [{low:g}, {high:g}]"
         cure = "give how far the bounding box grows, in its sizes, as in -0.5,0.5; at most 100"
         raise BadInput(Problem(title, cause, cure))
-    usual = USUAL_RATE
+    usual = kind.rate
     if settings.learning_rate != FitSettings().learning_rate:
         usual = settings.learning_rate
     rate = usual if request.learning_rate is None else request.learning_rate
@@ -120,7 +117,7 @@ def vertices_unknown(
     filled = replace(request, minimum=low, maximum=high, learning_rate=rate)
     stem = file_stems([item.name for item in scene.objects])[owner.name]
     return VerticesUnknown(
-        owner.name, KINDS[request.parameter], low, high, rate, 1.0, filled, stem, owner.mesh,
+        owner.name, kind, low, high, rate, 1.0, filled, stem, owner.mesh,
         np.ascontiguousarray(start, np.float32), mesh.triangles,
     )  # fmt: skip
 

@@ -13,24 +13,11 @@ import bpy
 import numpy as np
 
 from ... import grid_files, parameters, write_back
-from ...fit.field_kinds import (
-    KINDS,
-    VERTEX_COLORS,
-    VERTEX_POSITIONS,
-    FieldKind,
-    field_kind,
-    kind_of,
-)
-from ...fit.fields import FieldUnknown, GridUnknown
+from ...fit.field_kinds import KINDS, NEW, Family, FieldKind, field_kind, kind_of
+from ...fit.fields import FieldUnknown, GridUnknown, of_body
 from ...fit.fields.grids import DENSITY_RANGE, USUAL_SIZE
-from ...fit.fields.images import USUAL_TEXELS, image_unknown
+from ...fit.fields.images import USUAL_TEXELS
 from ...fit.fields.seen import seen
-from ...fit.fields.vertex_colors import NEW, vertex_colors_unknown
-from ...fit.fields.vertex_positions import (
-    USUAL_MARGIN,
-    USUAL_RATE,
-    vertices_unknown,
-)
 from ...fit.request import UnknownRequest
 from ...fit.settings import FitSettings
 from ...messages import thing
@@ -61,21 +48,6 @@ def is_image(row: bpy.types.PropertyGroup) -> bool:
     return is_field(row) and field_kind(row.parameter).is_image
 
 
-def is_mesh(row: bpy.types.PropertyGroup) -> bool:
-    """Whether a row or a result belongs to the mesh of an object."""
-    return is_field(row) and field_kind(row.parameter).is_mesh
-
-
-def is_surface(row: bpy.types.PropertyGroup) -> bool:
-    """Whether a row or a result is an image or belongs to a mesh."""
-    return is_field(row) and field_kind(row.parameter).is_surface
-
-
-def is_shape(row: bpy.types.PropertyGroup) -> bool:
-    """Whether a row or a result is the vertices of an object."""
-    return is_field(row) and field_kind(row.parameter).is_shape
-
-
 def is_of_body(row: bpy.types.PropertyGroup) -> bool:
     """Whether a row or a result is an image or something of a mesh."""
     return is_field(row) and field_kind(row.parameter).is_of_body
@@ -95,9 +67,11 @@ def offered(values: SceneValues, owner: Owner) -> list[str]:
         return [environment_rows.NAME]
     if owner.kind == "object":
         active = bpy.context.view_layer.objects.active if bpy.context.view_layer else None
-        if active is not None and active.name == owner.name:
-            return [VERTEX_COLORS, VERTEX_POSITIONS]
-        return [VERTEX_COLORS] if _shows_colors(values, owner.name) else []
+        of_mesh = [kind for kind in KINDS.values() if kind.is_of_mesh]
+        if active is None or active.name != owner.name:
+            shown = _shows_colors(values, owner.name)
+            of_mesh = [kind for kind in of_mesh if kind.family is Family.COLORS and shown]
+        return [kind.parameter for kind in of_mesh]
     material = _material(values, owner)
     if material is None:
         return []
@@ -130,9 +104,9 @@ def _shows_colors(values: SceneValues, name: str) -> bool:
     )
 
 
-def _colors_from(values: SceneValues, name: str) -> str:
-    """Where the colours of a mesh start: at its own, or a new attribute."""
-    return "" if _shows_colors(values, name) else NEW
+def _start_of(kind: FieldKind, values: SceneValues, name: str) -> str:
+    """Where something of a mesh starts: at its own, or a new attribute."""
+    return NEW if NEW in kind.starts and not _shows_colors(values, name) else ""
 
 
 def own_values(values: SceneValues, owner: Owner, parameter: str) -> np.ndarray | None:
@@ -155,7 +129,7 @@ def describe(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner) ->
     kind, own = field_kind(row.parameter), own_values(values, owner, row.parameter)
     row.width, row.unit, row.help = kind.channels, "1", kind.help
     row.value = f"no {'image' if kind.is_image else 'grid'}"
-    if kind.is_mesh or kind.is_shape:
+    if kind.is_of_mesh:
         row.value = ""
     if own is not None:
         row.value = " x ".join(map(str, own.shape[-2::-1]))
@@ -168,17 +142,17 @@ def reset(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner | None
     if environment_rows.is_environment(row):
         environment_rows.reset(row, values)
         return
+    kind = field_kind(row.parameter)
     own = own_values(values, owner, row.parameter) if owner is not None else None
-    colour = owner.values.get(field_kind(row.parameter).single) if owner is not None else None
+    colour = owner.values.get(kind.single) if owner is not None else None
     row.grid_from = "new" if own is None else "scene"
     row.voxels, row.texels, row.unseen = USUAL_SIZE, USUAL_TEXELS, "auto"
-    row.minimum, row.maximum, row.start = 0.0, 1.0, (0.8, 0.8, 0.8)
-    if is_shape(row):
-        row.minimum, row.maximum = -USUAL_MARGIN, USUAL_MARGIN
-        row.learning_rate = USUAL_RATE
-    if is_image(row) and colour is not None:
+    (row.minimum, row.maximum), row.start = kind.bounds, (0.8, 0.8, 0.8)
+    if kind.rate:
+        row.learning_rate = kind.rate
+    if kind.is_image and colour is not None:
         row.start = (colour * 3)[:3]
-    if field_kind(row.parameter).use == "density":
+    if kind.use == "density":
         largest = float(own.max()) if own is not None else 0.0
         row.maximum, row.start = DENSITY_RANGE * (largest or 1.0), (1.0, 1.0, 1.0)
 
@@ -187,13 +161,13 @@ def shown(row: bpy.types.PropertyGroup) -> list[str]:
     """The properties of a row that count now."""
     if environment_rows.is_environment(row):
         return environment_rows.shown(row)
-    if is_shape(row):
-        return []
-    if is_mesh(row):
-        return ["unseen"]
+    kind = field_kind(row.parameter)
+    unseen = ["unseen"] if kind.is_surface else []
+    if kind.is_of_mesh:
+        return unseen
     size = "texels" if is_image(row) else "voxels"
     place = {"new": [size], "file": ["grid_path"], "scene": []}[row.grid_from]
-    return ["grid_from", *place, *(["unseen"] if is_image(row) else [])]
+    return ["grid_from", *place, *unseen]
 
 
 def requested(
@@ -202,11 +176,10 @@ def requested(
     """What of the row's request is about a field. Raises BadInput."""
     if environment_rows.is_environment(row):
         return environment_rows.requested(row, values, title)
-    unseen = row.unseen if is_surface(row) and row.unseen != "auto" else ""
-    if is_shape(row):
-        return {"unseen": unseen}
-    if is_mesh(row):
-        return {"unseen": unseen, "grid": _colors_from(values, owner.name)}
+    kind = field_kind(row.parameter)
+    unseen = row.unseen if kind.is_surface and row.unseen != "auto" else ""
+    if kind.is_of_mesh:
+        return {"unseen": unseen, "grid": _start_of(kind, values, owner.name)}
     words = ("image", "picture") if is_image(row) else ("grid", ".npy or .vol file")
     has_own = own_values(values, owner, row.parameter) is not None
     start = chosen_file(row, words, title, has_own=has_own)
@@ -313,19 +286,14 @@ def _material(values: SceneValues, owner: Owner) -> MaterialValues | None:
 
 
 def _why_not(values: SceneValues, owner: Owner, parameter: str) -> str:
-    """Why no image or colours can be fitted here, "" if they can: what the fit says of an image of
-    one texel, whatever the row starts from."""
+    """Why no image and nothing of a mesh can be fitted here, "" if it can: what the fit says of an
+    image of one texel, whatever the row starts from."""
+    kind = field_kind(parameter)
+    if kind.family is Family.NODE_IMAGE:
+        return ""
+    start = "1" if kind.is_image else _start_of(kind, values, owner.name)
     try:
-        request = UnknownRequest(owner.name, parameter)
-        if field_kind(parameter).is_shape:
-            vertices_unknown(values, request, FitSettings(), "")
-        elif field_kind(parameter).is_mesh:
-            start = _colors_from(values, owner.name)
-            request = UnknownRequest(owner.name, parameter, grid=start)
-            vertex_colors_unknown(values, request, FitSettings(), "")
-        elif not field_kind(parameter).is_graph_image:
-            request = UnknownRequest(owner.name, parameter, grid="1")
-            image_unknown(values, request, FitSettings(), "")
+        of_body(values, UnknownRequest(owner.name, parameter, grid=start), FitSettings(), "")
     except BadInput as error:
         return "; ".join(
             f"{texts.shown(item.cause)}: {texts.shown(item.cure)}" for item in error.problems

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ... import parameters
-from ...fit.field_kinds import NODE_IMAGE, field_kind, kind_of
+from ...fit.field_kinds import NODE_IMAGE, Family, field_kind, kind_of
 from ...parameters import Parameter
 from ...scene_read import hosts
 from ..texts import shown, translated
@@ -20,11 +20,9 @@ def label_of(row: bpy.types.PropertyGroup) -> str:
         kind = field_kind(row.parameter)
         if row.kind == "world":
             return f"{translated('World')}: {translated('Image')}"
-        if kind.is_shape:
-            return translated("Vertex Positions")
-        if kind.is_mesh:
-            return translated("Vertex Colors")
-        if kind.is_graph_image:
+        if kind.label:
+            return translated(kind.label)
+        if kind.family is Family.NODE_IMAGE:
             return f"{row.parameter.removesuffix(NODE_IMAGE)}: {translated('Image')}"
         if kind.is_image:
             input_of = socket_name(parameters.table()["material", kind.use])

@@ -146,7 +146,7 @@ RENDER = table(
         use_persistent_data simplify_gpencil simplify_gpencil_onplay simplify_gpencil_antialiasing
         simplify_gpencil_view_fill simplify_gpencil_modifier simplify_gpencil_shader_fx
         simplify_gpencil_tint compositor_device compositor_precision compositor_denoise_device
-        compositor_denoise_preview_quality compositor_denoise_final_quality
+        compositor_denoise_preview_quality compositor_denoise_final_quality use_new_cpu_compositor
     """),
 )
 
