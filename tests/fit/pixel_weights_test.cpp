@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {
@@ -17,6 +19,25 @@ TEST(BoxBlur, IsTheMeanOfWhatLiesInside) {
   EXPECT_FLOAT_EQ(blurred[3 * 5 + 1], 12.f / 9);
   EXPECT_EQ(blurred[3 * 2 + 1], 0.f);
   EXPECT_EQ(blurred[3 * 0 + 0], 0.f) << "channels stay apart";
+}
+
+TEST(BoxBlur, OfOneChannelIsThatOfEachOfThree) {
+  constexpr int kWidth = 7, kHeight = 9, kRadius = 2;
+  const Eigen::VectorXf gray = Eigen::VectorXf::Random(kWidth * kHeight);
+  Eigen::VectorXf picture = Eigen::VectorXf::Zero(3 * gray.size());
+  picture(Eigen::seq(1, Eigen::last, 3)) = gray;
+  const Eigen::VectorXf blurred = box_blur(picture, kWidth, kHeight, kRadius);
+  EXPECT_EQ(Eigen::VectorXf(blurred(Eigen::seq(1, Eigen::last, 3))),
+            box_blur(gray, kWidth, kHeight, kRadius));
+  for (const int y : {0, 4, kHeight - 1})
+    for (const int x : {0, 3, kWidth - 1}) {
+      double sum = 0;
+      int count = 0;
+      for (int q = std::max(y - kRadius, 0); q <= std::min(y + kRadius, kHeight - 1); ++q)
+        for (int p = std::max(x - kRadius, 0); p <= std::min(x + kRadius, kWidth - 1); ++p, ++count)
+          sum += gray[kWidth * q + p];
+      EXPECT_NEAR(blurred[3 * (kWidth * y + x) + 1], sum / count, 1e-6) << x << ' ' << y;
+    }
 }
 
 // Noise of a photo has bright pixels. Weighted down because they are bright, they would leave the fit

@@ -8,6 +8,15 @@
 #include "fit/problem/pixel_weights.h"
 
 namespace selenite {
+namespace {
+
+/// One channel of a picture.
+template <typename Picture>
+auto plane(Picture& picture, int channel) {
+  return picture(Eigen::seq(channel, Eigen::last, 3));
+}
+
+}  // namespace
 
 WienerFilter::Bands WienerFilter::split(const Eigen::VectorXf& picture) const {
   Bands bands;
@@ -70,13 +79,21 @@ Eigen::VectorXf filtered_derivative(const Eigen::VectorXf& mean, const Eigen::Ve
                                     const Eigen::VectorXf& other, double share, const Photo& photo,
                                     int channel, const Eigen::VectorXf& importance,
                                     const WienerFilterOptions& options) {
-  const auto clipped = [&](const Eigen::VectorXf& picture) {
-    return clipped_derivative(picture, photo, channel, options);
+  const auto shown = [&](const Eigen::VectorXf& picture) -> Eigen::VectorXf {
+    if (channel < 0) return picture;
+    return plane(picture, channel);
   };
-  const WienerFilter filter(clipped(one), clipped(other), importance, photo.width, photo.height,
-                            options);
+  const auto clipped = [&](const Eigen::VectorXf& picture) {
+    return shown(clipped_derivative(picture, photo, channel, options));
+  };
+  const WienerFilter filter(clipped(one), clipped(other), shown(importance), photo.width,
+                            photo.height, options);
   // In units of the mean variance of the two.
-  return filter.filter(clipped(mean), static_cast<float>(2 * share));
+  Eigen::VectorXf result = filter.filter(clipped(mean), static_cast<float>(2 * share));
+  if (channel < 0) return result;
+  Eigen::VectorXf whole = Eigen::VectorXf::Zero(mean.size());
+  plane(whole, channel) = result;
+  return whole;
 }
 
 }  // namespace selenite

@@ -27,8 +27,8 @@ struct WienerFilterOptions {
 /// smooth regions are averaged widely, and nothing is left where nothing is seen yet.
 class WienerFilter {
  public:
-  /// Pictures with three channels a pixel, row by row; `weight` of the same size: what a deviation
-  /// counts.
+  /// Pictures with one or three channels a pixel, row by row; `weight` of the same size: what a
+  /// deviation counts.
   WienerFilter(const Eigen::VectorXf& a, const Eigen::VectorXf& b, const Eigen::VectorXf& weight,
                int width, int height, const WienerFilterOptions& options = {});
   /// `noise`: variance of the picture's noise in units of that of `a`.
@@ -50,7 +50,7 @@ Eigen::VectorXf clipped_derivative(const Eigen::VectorXf& column, const Photo& p
 
 /// The mean of two independent draws of a picture of derivatives, or of a difference, clipped and
 /// filtered by what the two have in common. `share`: variance of the mean's noise over the sum of
-/// theirs.
+/// theirs. `channel`: the only one that they have, below 0 for all.
 Eigen::VectorXf filtered_derivative(const Eigen::VectorXf& mean, const Eigen::VectorXf& one,
                                     const Eigen::VectorXf& other, double share, const Photo& photo,
                                     int channel, const Eigen::VectorXf& importance,

@@ -2,7 +2,9 @@
 #include "fit/problem/pixel_weights.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
+#include <vector>
 
 #include "fit/problem/shared_pixels.h"
 
@@ -81,30 +83,80 @@ Eigen::VectorXf mean_around(const Eigen::VectorXf& level, const Photo& photo, in
   return out;
 }
 
-Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius) {
-  // Separable, with running sums over columns of pixels, then of rows (whole lines at a time);
-  // at the border the mean is over what lies inside.
-  const Eigen::Index line = 3 * static_cast<Eigen::Index>(width);
-  Eigen::VectorXf rows(column.size()), out(column.size());
+namespace {
+
+/// One over how many of 2 `radius` + 1 around each lie within `count`.
+std::vector<double> shares_of_windows(int count, int radius) {
+  std::vector<double> found;
+  for (int i = 0; i < count; ++i) found.push_back(1.0 / inside(i, count, radius));
+  return found;
+}
+
+/// Means along `lines` lines of pixels with `channels` numbers, side by side: the running sum of one
+/// line waits for itself.
+template <int channels, int lines>
+void blur_lines(const float* in, float* out, Eigen::Index line, int width, int radius,
+                const std::vector<double>& shares) {
+  std::array<double, static_cast<std::size_t>(channels * lines)> sums{};
+  const auto each = [&](auto&& use) {
+    for (int r = 0; r < lines; ++r)
+      for (int c = 0; c < channels; ++c)
+        use(sums[static_cast<std::size_t>(channels * r + c)], line * r + c);
+  };
+  for (int x = 0; x < std::min(radius, width); ++x)
+    each([&](double& sum, Eigen::Index i) { sum += in[i + channels * x]; });
+  for (int x = 0; x < width; ++x) {
+    if (x + radius < width)
+      each([&](double& sum, Eigen::Index i) { sum += in[i + channels * (x + radius)]; });
+    if (x - radius > 0)
+      each([&](double& sum, Eigen::Index i) { sum -= in[i + channels * (x - radius - 1)]; });
+    const double share = shares[static_cast<std::size_t>(x)];
+    each([&](double sum, Eigen::Index i) {
+      out[i + channels * x] = static_cast<float>(sum * share);
+    });
+  }
+}
+
+template <int channels>
+void blur_across(const float* in, float* out, int width, int height, int radius) {
+  constexpr int kTogether = 4;
+  const Eigen::Index line = channels * static_cast<Eigen::Index>(width);
+  const std::vector<double> shares = shares_of_windows(width, radius);
+  int y = 0;
+  for (; y + kTogether <= height; y += kTogether)
+    blur_lines<channels, kTogether>(in + line * y, out + line * y, line, width, radius, shares);
+  for (; y < height; ++y)
+    blur_lines<channels, 1>(in + line * y, out + line * y, line, width, radius, shares);
+}
+
+void blur_down(const Eigen::VectorXf& in, Eigen::VectorXf& out, Eigen::Index line, int height,
+               int radius) {
+  const std::vector<double> shares = shares_of_windows(height, radius);
+  const Eigen::VectorXf none = Eigen::VectorXf::Zero(line);
+  const auto row = [&](int y) { return y >= 0 && y < height ? in.data() + line * y : none.data(); };
+  Eigen::ArrayXd sums = Eigen::ArrayXd::Zero(line);
+  for (int y = 0; y < std::min(radius, height); ++y)
+    sums += in.segment(line * y, line).array().cast<double>();
   for (int y = 0; y < height; ++y) {
-    const auto at = [&](int x) { return line * y + 3 * x; };
-    Eigen::Array3d sum = Eigen::Array3d::Zero();
-    const auto pixel = [&](int x) { return column.segment<3>(at(x)).array().cast<double>(); };
-    for (int x = 0; x < std::min(radius, width); ++x) sum += pixel(x);
-    for (int x = 0; x < width; ++x) {
-      if (x + radius < width) sum += pixel(x + radius);
-      if (x - radius > 0) sum -= pixel(x - radius - 1);
-      rows.segment<3>(at(x)) = (sum / inside(x, width, radius)).cast<float>();
+    const float *below = row(y + radius), *above = row(y - radius - 1);
+    float* to = out.data() + line * y;
+    const double share = shares[static_cast<std::size_t>(y)];
+    for (Eigen::Index i = 0; i < line; ++i) {
+      sums[i] = sums[i] + below[i] - above[i];
+      to[i] = static_cast<float>(sums[i] * share);
     }
   }
-  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(line);
-  const auto row = [&](int y) { return rows.segment(line * y, line).array().cast<double>(); };
-  for (int y = 0; y < std::min(radius, height); ++y) sum += row(y);
-  for (int y = 0; y < height; ++y) {
-    if (y + radius < height) sum += row(y + radius);
-    if (y - radius > 0) sum -= row(y - radius - 1);
-    out.segment(line * y, line) = (sum / inside(y, height, radius)).cast<float>();
-  }
+}
+
+}  // namespace
+
+Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius) {
+  // Separable, with running sums; at the border the mean is over what lies inside.
+  const Eigen::Index line = column.size() / height;
+  Eigen::VectorXf across(column.size()), out(column.size());
+  const bool gray = line == width;
+  (gray ? blur_across<1> : blur_across<3>)(column.data(), across.data(), width, height, radius);
+  blur_down(across, out, line, height, radius);
   return out;
 }
 

@@ -63,7 +63,8 @@ Eigen::VectorXf noise_weights(const Photo& photo, std::size_t photos,
 /// there is no other.
 Eigen::VectorXf mean_around(const Eigen::VectorXf& column, const Photo& photo, int radius);
 
-/// Mean over squares of 2 `radius` + 1 pixels, within the picture.
+/// Mean over squares of 2 `radius` + 1 pixels, within the picture, which has one or three numbers a
+/// pixel.
 Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius);
 
 }  // namespace selenite
