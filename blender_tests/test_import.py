@@ -66,7 +66,7 @@ def test_the_saved_file_alone_is_ready_to_fit(tmp_path, capsys):
     status, found, said = command(capsys, "check", str(tmp_path / "out.blend"))
     assert status == 0, said
     assert [one["id"] for one in found["captures"]] == [f"IMG_000{n}" for n in (1, 2, 3, 4)]
-    assert found["captures"][1]["mask"] == str(tmp_path / "masks" / mask.name)
+    assert Path(found["captures"][1]["mask"]) == tmp_path / "masks" / mask.name
     assert found["cameras"][0]["width"] == reconstructed.pebble.SIZE[0]
     assert not any(one["spoils"] for one in found["render_settings"])
     # Folder and file move together.

@@ -5,7 +5,7 @@ selenite-V-cpXY-cpXY-manylinux_*.whl   one for each Python of Blender's: needs t
 selenite-V-extension.zip               Blender 4.2 and later: those wheels and others
 selenite-V-blender34-debian.zip        add-on for Debian 12's Blender 3.4, which has the libraries
 
-With --platform windows or macos, wheels and extension for that: built here, and not tried.
+With --platform windows, wheels and extension for that: built here, and not tried.
 
 The wheels hold Embree, OpenImageIO and the rest as static libraries (static_libraries.py).
 """
@@ -34,6 +34,11 @@ WORK = BUILD / "package"
 PYTHONS = ("3.11", "3.13")
 # The C library that Blender asks for; cmake/oldest_glibc.cmake sees to it
 GLIBC = (2, 28)
+# Platforms of cross.py without a package, each with the reason
+UNBUILT = {
+    "macos": "there is no package for macOS yet: Embree and OpenImageIO have not been compiled for "
+    "it, and no module has been linked (docs/measurements/packages.md, macOS)"
+}
 # What a wheel of ours needs at run time beside numpy, which every Blender has
 PURE_PYTHON = ("rich", "markdown-it-py", "mdurl", "Pygments", "defusedxml", "platformdirs")
 
@@ -68,6 +73,9 @@ def make(arguments: list[str]) -> None:
         help="what is packed for (linux)",
     )
     options = parser.parse_args(arguments)
+    for name in options.platform:
+        if reason := UNBUILT.get(name):
+            raise Failed(reason)
     pythons = _pythons()
     with alone("package"):
         shutil.rmtree(WORK, ignore_errors=True)
