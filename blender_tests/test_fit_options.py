@@ -27,11 +27,13 @@ SETTINGS = {
     "accumulate": False,
     "search": "on",
     "precision": 0.0,
+    "prior": "misfit",
 }
 WORDS = (
     "--loss=mse", "--optimiser=adam", "--iterations=7", "--spp=6", "--tolerance=0.25", "--seed=11",
     "--depth=5", "--threads=2", "--no-accumulate", "--search=on", "--height=18",
     "--learning-rate=0.07", "--picture-spp=3", "--physical-refraction", "--precision=exact",
+    "--prior=misfit",
 )  # fmt: skip
 # Name -> start and bounds, and what native.Fit is asked for.
 UNKNOWNS = {
@@ -147,6 +149,7 @@ def test_a_run_file_asks_for_the_same(scene, tmp_path, capsys, monkeypatch):
         ("--loss=mae", "loss", "mae"),
         ("--optimiser=gauss-newton", "optimiser", "gauss-newton"),
         ("--search=off", "search", "off"),
+        ("--prior=agreement", "prior", "agreement"),
         ("--accumulate", "accumulate", True),
         ("--seed=12", "seed", 12),
         ("--depth=0", "depth", 0),

@@ -203,7 +203,7 @@ def _log(plan: FitPlan, report: ResultFile, result: FinishedFit) -> str:
             for number, stage in enumerate(report.stages or (), start=1)
         ),
         f"Stopped because: {report.stopped_because} after {report.iterations} iterations, "
-        f"{report.seconds:.2f} s ({report.cpu_seconds:.2f} s of CPU)",
+        f"{report.seconds:.2f} s ({report.cpu_seconds:.2f} s of CPU in renders)",
         f"Best iteration: {report.best_iteration}",
         *(f"{name}: {row.initial} -> {row.value}" for name, row in report.parameters.items()),
         *trust.sentences(plan, result.fit),

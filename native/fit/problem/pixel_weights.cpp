@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-#include <vector>
 
 #include "fit/problem/shared_pixels.h"
 
@@ -85,18 +84,10 @@ Eigen::VectorXf mean_around(const Eigen::VectorXf& level, const Photo& photo, in
 
 namespace {
 
-/// One over how many of 2 `radius` + 1 around each lie within `count`.
-std::vector<double> shares_of_windows(int count, int radius) {
-  std::vector<double> found;
-  for (int i = 0; i < count; ++i) found.push_back(1.0 / inside(i, count, radius));
-  return found;
-}
-
 /// Means along `lines` lines of pixels with `channels` numbers, side by side: the running sum of one
 /// line waits for itself.
 template <int channels, int lines>
-void blur_lines(const float* in, float* out, Eigen::Index line, int width, int radius,
-                const std::vector<double>& shares) {
+void blur_lines(const float* in, float* out, Eigen::Index line, int width, int radius) {
   std::array<double, static_cast<std::size_t>(channels * lines)> sums{};
   const auto each = [&](auto&& use) {
     for (int r = 0; r < lines; ++r)
@@ -110,9 +101,9 @@ void blur_lines(const float* in, float* out, Eigen::Index line, int width, int r
       each([&](double& sum, Eigen::Index i) { sum += in[i + channels * (x + radius)]; });
     if (x - radius > 0)
       each([&](double& sum, Eigen::Index i) { sum -= in[i + channels * (x - radius - 1)]; });
-    const double share = shares[static_cast<std::size_t>(x)];
+    const double count = inside(x, width, radius);
     each([&](double sum, Eigen::Index i) {
-      out[i + channels * x] = static_cast<float>(sum * share);
+      out[i + channels * x] = static_cast<float>(sum / count);
     });
   }
 }
@@ -121,17 +112,15 @@ template <int channels>
 void blur_across(const float* in, float* out, int width, int height, int radius) {
   constexpr int kTogether = 4;
   const Eigen::Index line = channels * static_cast<Eigen::Index>(width);
-  const std::vector<double> shares = shares_of_windows(width, radius);
   int y = 0;
   for (; y + kTogether <= height; y += kTogether)
-    blur_lines<channels, kTogether>(in + line * y, out + line * y, line, width, radius, shares);
+    blur_lines<channels, kTogether>(in + line * y, out + line * y, line, width, radius);
   for (; y < height; ++y)
-    blur_lines<channels, 1>(in + line * y, out + line * y, line, width, radius, shares);
+    blur_lines<channels, 1>(in + line * y, out + line * y, line, width, radius);
 }
 
 void blur_down(const Eigen::VectorXf& in, Eigen::VectorXf& out, Eigen::Index line, int height,
                int radius) {
-  const std::vector<double> shares = shares_of_windows(height, radius);
   const Eigen::VectorXf none = Eigen::VectorXf::Zero(line);
   const auto row = [&](int y) { return y >= 0 && y < height ? in.data() + line * y : none.data(); };
   Eigen::ArrayXd sums = Eigen::ArrayXd::Zero(line);
@@ -140,10 +129,10 @@ void blur_down(const Eigen::VectorXf& in, Eigen::VectorXf& out, Eigen::Index lin
   for (int y = 0; y < height; ++y) {
     const float *below = row(y + radius), *above = row(y - radius - 1);
     float* to = out.data() + line * y;
-    const double share = shares[static_cast<std::size_t>(y)];
+    const double count = inside(y, height, radius);
     for (Eigen::Index i = 0; i < line; ++i) {
       sums[i] = sums[i] + below[i] - above[i];
-      to[i] = static_cast<float>(sums[i] * share);
+      to[i] = static_cast<float>(sums[i] / count);
     }
   }
 }
