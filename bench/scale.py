@@ -14,6 +14,7 @@ import argparse
 import json
 import math
 import os
+import shutil
 import subprocess
 import sys
 from dataclasses import asdict, dataclass
@@ -144,6 +145,7 @@ def measure(size: Size, threads: int, folder: Path) -> dict[str, float]:
         _run(["-m", "selenite", "render", str(scene), f"--camera=Camera {index}",
               f"--out={photo}", "--spp=16", f"--seed={9000 + index}", *values])  # fmt: skip
         photos.append(f"--photo=Camera {index}={photo}")
+    shutil.rmtree(folder / "fits", ignore_errors=True)  # of a run that was stopped
     words = ["fit", str(scene), *size.fitted(), *photos, f"--out={folder / 'fits'}", "--json",
              f"--height={size.height}", "--iterations=6", "--spp=4", "--search=off",
              "--precision=exact", "--stages=none", "--picture-spp=1",
