@@ -18,7 +18,6 @@ import math
 import os
 import resource
 import sys
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,7 +30,7 @@ sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench"), str(ROOT / "blender_te
 import bpy  # noqa: E402
 import made_scenes as made  # type: ignore[import-not-found]  # noqa: E402
 from mathutils import Vector  # noqa: E402
-from synthetic.in_process import report_of  # noqa: E402
+from synthetic.in_process import print_rows, report_of  # noqa: E402
 
 from selenite import native  # noqa: E402
 from selenite.cycles_check.render_settings import set_comparison  # noqa: E402
@@ -243,21 +242,14 @@ def main() -> int:
     rows = options.rows or list(ROWS)
     if unknown := sorted(set(rows) - set(ROWS)):
         asked.error(f"unknown rows: {', '.join(unknown)}")
-    table = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what Blender prints
-    print(
-        "| row | texels | off by | seen | fifth photo | iterations | CPU s | peak |\n"
-        "|---|---|---|---|---|---|---|---|",
-        file=table,
-    )
-    with tempfile.TemporaryDirectory(prefix="selenite-maps-") as place:
-        folder = Path(options.folder or place)
-        folder.mkdir(exist_ok=True)
-        for name in rows:
-            if ROWS[name].cow and not DATA.exists():
-                print(f"| {name} | skipped: {DATA} is absent |", file=table, flush=True)
-                continue
-            print(examine(name, options, more, folder), file=table, flush=True)
+
+    def row_of(name: str, folder: Path) -> str:
+        if ROWS[name].cow and not DATA.exists():
+            return f"| {name} | skipped: {DATA} is absent |"
+        return examine(name, options, more, folder)
+
+    header = "| row | texels | off by | seen | fifth photo | iterations | CPU s | peak |"
+    print_rows(header, rows, row_of, options.folder)
     return 0
 
 

@@ -20,7 +20,6 @@ import argparse
 import math
 import os
 import sys
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -34,7 +33,7 @@ import bpy  # noqa: E402
 import made_scenes as made  # type: ignore[import-not-found]  # noqa: E402
 from mathutils import Vector  # noqa: E402
 from mathutils.bvhtree import BVHTree  # noqa: E402
-from synthetic.in_process import report_of  # noqa: E402
+from synthetic.in_process import print_rows, report_of  # noqa: E402
 
 from selenite import native  # noqa: E402
 from selenite.cycles_check.render_settings import set_comparison  # noqa: E402
@@ -334,21 +333,14 @@ def main(usual: tuple[str, ...] = tuple(ROWS), prog: str = "./dev bench shape") 
     asked.add_argument("--spp", type=int, default=16, help="of the fits (%(default)s)")
     asked.add_argument("--folder", help="kept; a later run takes its photos")
     options, more = asked.parse_known_args()  # the rest goes to the fits
-    table = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what Blender prints
-    print(
-        "| row | distance | after | turned | PSNR | held out | CPU s / iteration | found |\n"
-        "|---|---|---|---|---|---|---|---|",
-        file=table, flush=True,
-    )  # fmt: skip
-    with tempfile.TemporaryDirectory(prefix="selenite-shape-") as place:
-        folder = Path(options.folder or place)
-        folder.mkdir(exist_ok=True)
-        for name in options.rows or usual:
-            if ROWS[name].bird and not (MESHES / _SCAN).is_file():
-                print(f"{name}: skipped, {MESHES / _SCAN} is absent", file=table, flush=True)
-                continue
-            print(examine(name, options, more, folder), file=table, flush=True)
+
+    def row_of(name: str, folder: Path) -> str:
+        if ROWS[name].bird and not (MESHES / _SCAN).is_file():
+            return f"| {name} | skipped: {MESHES / _SCAN} is absent |"
+        return examine(name, options, more, folder)
+
+    header = "| row | distance | after | turned | PSNR | held out | CPU s / iteration | found |"
+    print_rows(header, options.rows or usual, row_of, options.folder)
     return 0
 
 
