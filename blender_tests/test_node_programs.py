@@ -237,6 +237,18 @@ def test_images(sphere: Probe) -> None:
                 return first(node)
 
             assert sphere.difference(projected) < EXACT, (projection, output)
+        for interpolation in ("Linear", "Cubic"):  # by the UV map where nothing is linked
+
+            def unlinked(
+                graph: Graph, projection: str = projection, interpolation: str = interpolation
+            ) -> Socket:
+                settings = {"projection": projection, "projection_blend": 0.3}
+                image = _image()
+                return first(
+                    graph.node("TexImage", image=image, interpolation=interpolation, **settings)
+                )
+
+            assert sphere.difference(unlinked, MOST) < EXACT, (projection, interpolation)
     image = _image(alpha=True)
     assert (
         sphere.difference(lambda g: g.node("TexImage", image=image).outputs["Alpha"], 0.99) < EXACT

@@ -34,6 +34,13 @@ def _sharp(mesh, rule):
         edge.use_edge_sharp = bool(rule(index))
 
 
+def _flip(mesh, rule):
+    for index, polygon in enumerate(mesh.polygons):
+        if rule(index):
+            polygon.flip()
+    mesh.update()
+
+
 def _forget_flat(mesh):
     if "sharp_face" in mesh.attributes:
         mesh.attributes.remove(mesh.attributes["sharp_face"])
@@ -52,6 +59,10 @@ CASES = {
     ),
     "all smooth, all edges sharp": lambda mesh: _sharp(mesh, lambda _: True),
     "no flag, all edges sharp": lambda mesh: (_forget_flat(mesh), _sharp(mesh, lambda _: True)),
+    "some wound the other way, a sharp edge": lambda mesh: (
+        _flip(mesh, lambda index: index % 7 == 0),
+        _sharp(mesh, lambda index: index == 5),
+    ),
 }
 
 

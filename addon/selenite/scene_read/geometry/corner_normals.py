@@ -5,6 +5,8 @@ Cycles shades a triangle of a flat face by its own normal, whatever the others o
 bpy 4.5, a bent quad of metal differs by 296 % in the worst block of 8 pixels from one with the
 normal of the face. Where no edge is sharp and no normal is the user's own, its smooth faces take
 the normals of vertices, which average over flat faces as well (a cylinder with flat caps, 62 %).
+Where it splits a mesh, all corners of a vertex that is left have the last one's normal: those of
+faces that are wound against each other too.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ def of(
     """
     domain = hosts.normals_domain(mesh)
     if domain == "CORNER":
-        if hosts.has_free_normals(mesh) and hosts.splits_faces():
+        if hosts.splits_faces():
             corners = _last_corners(mesh, corners)
         return hosts.corner_normals(mesh, corners)
     flat = hosts.flat_faces(mesh, all_are=domain == "FACE")

@@ -18,10 +18,10 @@ Socket = bpy.types.NodeSocket
 def _image(tree: Tree, node: Node, output: Socket, groups: Groups) -> Register:
     assert isinstance(node, bpy.types.ShaderNodeTexImage)  # noqa: S101 - registered for it alone
     texture = tree.room.texture_of(node, tree.title, wants_alpha=output.identifier == "Alpha")
-    if node.projection == "FLAT" and not tree.is_linked(node, "Vector", groups):
-        place = tree.ask("attribute", "uv", tree.shader.name(""))
-    else:
+    if tree.is_linked(node, "Vector", groups):
         place = tree.place(node, groups)
+    else:  # by the UV map, whatever the projection
+        place = tree.ask("attribute", "uv", tree.shader.name(""))
     item = tree.shader.texture(texture)
     if node.projection == "FLAT" and output.identifier == "Color":
         _note(tree, node, output, groups, item)
