@@ -60,31 +60,6 @@ double misfit(const PhotoScene& self, Photo photo, int spp, std::uint64_t seed,
   });
 }
 
-struct FieldShape {
-  FieldRef ref;
-  std::vector<py::ssize_t> shape;
-};
-
-FieldShape field_of(const Scene& scene, const std::string& owner, const std::string& parameter) {
-  if (is_image_name(parameter)) {
-    const ImageRef unknown = scene.image_named(scene.material(owner), parameter);
-    const Texture& image = *scene.image(unknown).texture;
-    return {unknown, {image.height(), image.width(), scene.channels(unknown)}};
-  }
-  if (parameter == kVertexColors) {
-    const auto object = static_cast<std::size_t>(scene.object(owner));
-    const VertexColorsRef unknown{scene.geometry->instances()[object].mesh};
-    return {unknown, {static_cast<py::ssize_t>(scene.vertex_colors(unknown).values().size()), 3}};
-  }
-  if (parameter == kEnvironment) {
-    const EnvironmentMap& image = scene.environment();
-    return {EnvironmentRef{}, {image.height(), image.width(), 3}};
-  }
-  throw Refused("gradient", "'" + parameter + "' is no image and nothing of a mesh",
-                "give " + std::string(kBaseColorTexture) + ", " + std::string(kVertexColors) +
-                    ", " + std::string(kVertexPositions) + " or " + std::string(kEnvironment));
-}
-
 /// A loss of what the photo shows, by what is rendered of it.
 PixelLoss loss_of(const Photo& photo, bool squared) {
   const Colorf gain(photo.values.gain);
@@ -156,11 +131,12 @@ std::pair<NamedFilm, py::array_t<double>> gradient(const PhotoScene& self, const
                                                    Progress* progress) {
   if (loss != "mean" && loss != "squared_error")
     throw Refused("gradient", "loss = '" + loss + "' is not mean or squared_error");
-  if (parameter == kVertexPositions)
+  const FittedFieldRef field = field_named(self.scene, owner, parameter);
+  const std::optional<FieldRef> by_paths = carried(field);
+  if (!by_paths)
     return vertex_gradient(self, photo, owner, spp, loss == "squared_error", seed, progress);
-  const FieldShape field = field_of(self.scene, owner, parameter);
   NamedFilm out;
-  if (std::holds_alternative<ImageRef>(field.ref))
+  if (std::holds_alternative<ImageRef>(field))
     for (int c = 0; c < 3; ++c) {
       out.layout.rows.push_back({0, c, c});
       out.unknowns.emplace_back(owner, parameter, c);
@@ -168,7 +144,7 @@ std::pair<NamedFilm, py::array_t<double>> gradient(const PhotoScene& self, const
   photo.lights.check(self.scene, "Photo '" + photo.id + "'");
   FieldGradient found = interruptible(progress, [&](Progress* watched) {
     return render_field_gradient(photo.lights.applied_to(self.scene), photo.camera_in(self.scene),
-                                 {field.ref}, render_settings(photo, self.sampling(spp, seed)),
+                                 {*by_paths}, render_settings(photo, self.sampling(spp, seed)),
                                  loss_of(photo, loss == "squared_error"), watched);
   });
   out.film = std::move(found.film);
@@ -178,7 +154,7 @@ std::pair<NamedFilm, py::array_t<double>> gradient(const PhotoScene& self, const
   const py::capsule owned(texels.get(),
                           [](void* sums) { delete static_cast<std::vector<double>*>(sums); });
   const double* values = texels.release()->data();
-  return {std::move(out), py::array_t<double>(field.shape, values, owned)};
+  return {std::move(out), py::array_t<double>(shape_of(self.scene, field), values, owned)};
 }
 
 }  // namespace

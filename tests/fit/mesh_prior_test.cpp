@@ -94,5 +94,23 @@ TEST(MeshPrior, PullsNeighboursTogetherAsStronglyAsTheMisfitSays) {
   EXPECT_EQ(gradient(0.09)[3], 0) << "what no photo shows stays";
 }
 
+/// Where a value is one number, it is treated as one of the three of a colour.
+TEST(MeshPrior, OfOneChannelIsThatOfAColours) {
+  const Mesh mesh = square();
+  const MeshGraph graph(colors_of_vertices(mesh), mesh);
+  const Eigen::Index n = graph.size();
+  const auto green = Eigen::seqN(1, n, 3);
+  Vector colours = Vector::Constant(3 * n, 0.5);
+  for (Eigen::Index i = 0; i < n; ++i)
+    colours[3 * i + 1] = 0.5 + 0.3 * std::sin(static_cast<double>(i));
+  const Vector numbers = colours(green);
+  Vector of_colours = Vector::Zero(3 * n), of_numbers = Vector::Zero(n);
+  add_mesh_prior(graph, colours, Vector::Ones(3 * n), {0.09, 900}, of_colours);
+  add_mesh_prior(graph, numbers, Vector::Ones(n), {0.09, 900}, of_numbers);
+  EXPECT_GT(of_numbers.cwiseAbs().maxCoeff(), 1e-5);
+  EXPECT_EQ(of_numbers, Vector(of_colours(green)));
+  EXPECT_EQ(graph.smoothed(numbers, 40), Vector(graph.smoothed(colours, 40)(green)));
+}
+
 }  // namespace
 }  // namespace selenite

@@ -11,8 +11,9 @@ void add_mesh_prior(const MeshGraph& graph, const Vector& values, const Vector& 
                     const PriorScale& scale, Eigen::Ref<Vector> gradient,
                     const MeshPriorOptions& options) {
   if (scale.loss <= 0) return;
-  for (int c = 0; c < 3; ++c) {
-    const auto channel = Eigen::seqN(c, graph.size(), Eigen::fix<3>);
+  const Eigen::Index channels = values.size() / graph.size();
+  for (Eigen::Index c = 0; c < channels; ++c) {
+    const auto channel = Eigen::seqN(c, graph.size(), channels);
     const double shown = moving(channel).sum();
     const double mean = values(channel).dot(moving(channel)) / std::max(shown, 1.0);
     if (mean <= 0) continue;
@@ -20,7 +21,7 @@ void add_mesh_prior(const MeshGraph& graph, const Vector& values, const Vector& 
     const double strength =
         2 * scale.loss / scale.count * grain / square(options.difference * mean);
     for (const auto& [a, b] : graph.edges()) {
-      const Eigen::Index i = 3 * a + c, j = 3 * b + c;
+      const Eigen::Index i = channels * a + c, j = channels * b + c;
       const double pull = strength * moving[i] * moving[j] * (values[i] - values[j]);
       gradient[i] += pull;
       gradient[j] -= pull;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "math/overloaded.h"
 #include "math/problem_list.h"
@@ -13,11 +12,52 @@
 namespace selenite {
 namespace {
 
+using Shape = std::vector<std::ptrdiff_t>;
+
+const Mesh& mesh_of(const Scene& scene, const VerticesRef& ref) {
+  const Geometry& geometry = *scene.geometry;
+  const Instance& instance = geometry.instances()[static_cast<std::size_t>(ref.instance)];
+  return geometry.meshes()[static_cast<std::size_t>(instance.mesh)];
+}
+
+/// Refused: the material has no such grid.
+const Grid& grid_of(const Scene& scene, const GridRef& ref) {
+  const Material& material = scene.appearance.materials[static_cast<std::size_t>(ref.material)];
+  if (!material.grid(ref.kind))
+    throw Refused(material.name + ":" + grid_name(ref.kind), "the material has no such grid",
+                  std::string("give it one, or fit its ") +
+                      (ref.kind == GridKind::kAlbedo ? "albedo" : "extinction"));
+  return *material.grid(ref.kind).grid;
+}
+
+Shape own_shape(const Scene& scene, const GridRef& ref) {
+  const Grid& grid = grid_of(scene, ref);
+  const auto& [nx, ny, nz] = grid.size();
+  return {nz, ny, nx, grid.channels()};
+}
+
+Shape own_shape(const Scene& scene, const ImageRef& ref) {
+  const Texture& image = *scene.image(ref).texture;
+  return {image.height(), image.width(), scene.channels(ref)};
+}
+
+Shape own_shape(const Scene& scene, const EnvironmentRef&) {
+  const EnvironmentMap& image = scene.environment();
+  return {image.height(), image.width(), 3};
+}
+
+Shape own_shape(const Scene& scene, const VertexColorsRef& ref) {
+  return {std::ssize(scene.vertex_colors(ref).values()), 3};
+}
+
+Shape own_shape(const Scene& scene, const VerticesRef& ref) {
+  return {std::ssize(mesh_of(scene, ref).positions), 3};
+}
+
 /// A grid or an image as a row of numbers.
 struct Numbers {
   std::string title;  ///< "grid 'smoke'"
-  std::vector<std::ptrdiff_t> shape;
-  double most;  ///< largest that is permitted
+  double most;        ///< largest that is permitted
   Vector values;
   std::shared_ptr<const Texture> image;    ///< none: a grid or a mesh
   std::shared_ptr<const MeshGraph> graph;  ///< of a mesh
@@ -28,56 +68,33 @@ Vector vector_of(const float* first, std::size_t count) {
 }
 
 Numbers numbers_of(const Scene& scene, const GridRef& ref) {
-  const Material& material = scene.appearance.materials[static_cast<std::size_t>(ref.material)];
-  if (!material.grid(ref.kind))
-    throw Refused(material.name + ":" + grid_name(ref.kind), "the material has no such grid",
-                  std::string("give it one, or fit its ") +
-                      (ref.kind == GridKind::kAlbedo ? "albedo" : "extinction"));
-  const Grid& grid = *material.grid(ref.kind).grid;
-  const auto& [nx, ny, nz] = grid.size();
+  const Grid& grid = grid_of(scene, ref);
   // The renderer counts in single precision.
   const double most =
       ref.kind == GridKind::kAlbedo ? 1 : static_cast<double>(std::numeric_limits<float>::max());
-  return {"grid '" + grid.name() + "'",
-          {nz, ny, nx, grid.channels()},
-          most,
-          vector_of(grid.values().data(), grid.values().size()),
-          nullptr,
-          nullptr};
+  return {"grid '" + grid.name() + "'", most, vector_of(grid.values().data(), grid.values().size()),
+          nullptr, nullptr};
 }
 
 Numbers numbers_of(const Scene& scene, const ImageRef& ref) {
   const auto& image = scene.image(ref).texture;
   static_assert(sizeof(Colorf) == 3 * sizeof(float));
-  const int channels = scene.channels(ref);
   Vector values = vector_of(&image->pixels()[0].r, 3 * image->pixels().size());
-  if (channels == 1) values = Vector(values(Eigen::seq(0, Eigen::last, Eigen::fix<3>)));
-  return {"image '" + image->name() + "'",
-          {image->height(), image->width(), channels},
-          1,
-          std::move(values),
-          image,
-          nullptr};
+  if (scene.channels(ref) == 1) values = Vector(values(Eigen::seq(0, Eigen::last, Eigen::fix<3>)));
+  return {"image '" + image->name() + "'", 1, std::move(values), image, nullptr};
 }
 
 Numbers numbers_of(const Scene& scene, const EnvironmentRef&) {
   const EnvironmentMap& image = scene.environment();
-  return {"the image of the world",
-          {image.height(), image.width(), 3},
-          static_cast<double>(std::numeric_limits<float>::max()),
-          vector_of(&image.pixels()[0].r, 3 * image.pixels().size()),
-          nullptr,
-          nullptr};
+  return {"the image of the world", static_cast<double>(std::numeric_limits<float>::max()),
+          vector_of(&image.pixels()[0].r, 3 * image.pixels().size()), nullptr, nullptr};
 }
 
 Numbers numbers_of(const Scene& scene, const VertexColorsRef& ref) {
   const VertexColors& colors = scene.vertex_colors(ref);
   const std::vector<Colorf>& values = colors.values();
-  return {"colour attribute '" + colors.attribute() + "'",
-          {static_cast<std::ptrdiff_t>(values.size()), 3},
-          1,
-          vector_of(&values[0].r, 3 * values.size()),
-          nullptr,
+  return {"colour attribute '" + colors.attribute() + "'", 1,
+          vector_of(&values[0].r, 3 * values.size()), nullptr,
           std::make_shared<const MeshGraph>(
               colors, scene.geometry->meshes()[static_cast<std::size_t>(ref.mesh)])};
 }
@@ -85,17 +102,14 @@ Numbers numbers_of(const Scene& scene, const VertexColorsRef& ref) {
 Numbers numbers_of(const Scene& scene, const VerticesRef& ref) {
   const Geometry& geometry = *scene.geometry;
   const Instance& instance = geometry.instances()[static_cast<std::size_t>(ref.instance)];
-  const auto& positions = geometry.meshes()[static_cast<std::size_t>(instance.mesh)].positions;
+  const auto& positions = mesh_of(scene, ref).positions;
   Vector values(3 * std::ssize(positions));
   for (std::size_t v = 0; v < positions.size(); ++v) {
     const Vec3d p = geometry.to_object(ref.instance).point(Vec3d(positions[v]));
     values.segment<3>(3 * static_cast<Eigen::Index>(v)) << p.x, p.y, p.z;
   }
   return {"the mesh of '" + instance.name + "'",
-          {std::ssize(positions), 3},
-          static_cast<double>(std::numeric_limits<float>::max()),
-          std::move(values),
-          nullptr,
+          static_cast<double>(std::numeric_limits<float>::max()), std::move(values), nullptr,
           nullptr};
 }
 
@@ -150,18 +164,6 @@ std::optional<GridKind> grid_kind(const std::string& name) {
   return std::nullopt;
 }
 
-/// UnknownName: its owner is not in the scene.
-FittedFieldRef field_of(const Scene& scene, const UnknownParameter& one) {
-  if (is_environment(one)) return EnvironmentRef{};
-  if (one.parameter == kVertexColors)
-    return VertexColorsRef{
-        scene.geometry->instances()[static_cast<std::size_t>(scene.object(one.owner))].mesh};
-  if (one.parameter == kVertexPositions) return VerticesRef{movable_object(scene, one.owner)};
-  const int material = scene.material(one.owner);
-  if (const auto kind = grid_kind(one.parameter)) return GridRef{material, *kind};
-  return scene.image_named(material, one.parameter);
-}
-
 /// `channels`: 1 of grey.
 std::vector<Colorf> colours(const Eigen::VectorXf& values, int channels = 3) {
   if (channels == 1) return {values.begin(), values.end()};
@@ -195,11 +197,37 @@ Scene with_values(const Scene& scene, const VerticesRef& ref, const Eigen::Vecto
   for (Eigen::Index i = 0; i < values.size(); i += 3)
     positions.emplace_back(
         instance.to_world.point(Vec3d(Vec3f{values[i], values[i + 1], values[i + 2]})));
-  const Mesh& mesh = geometry.meshes()[static_cast<std::size_t>(instance.mesh)];
-  return with_vertices(scene, ref.instance, VertexNormals(mesh), positions);
+  return with_vertices(scene, ref.instance, VertexNormals(mesh_of(scene, ref)), positions);
 }
 
 }  // namespace
+
+FittedFieldRef field_named(const Scene& scene, const std::string& owner,
+                           const std::string& parameter) {
+  if (owner == kWorldName && parameter == kEnvironment) return EnvironmentRef{};
+  if (parameter == kVertexColors)
+    return VertexColorsRef{
+        scene.geometry->instances()[static_cast<std::size_t>(scene.object(owner))].mesh};
+  if (parameter == kVertexPositions) return VerticesRef{movable_object(scene, owner)};
+  const int material = scene.material(owner);
+  if (const auto kind = grid_kind(parameter)) return GridRef{material, *kind};
+  return scene.image_named(material, parameter);
+}
+
+std::vector<std::ptrdiff_t> shape_of(const Scene& scene, const FittedFieldRef& ref) {
+  return std::visit([&](const auto& one) { return own_shape(scene, one); }, ref);
+}
+
+Scene with_field(const Scene& scene, const FittedFieldRef& ref, const Eigen::VectorXf& values) {
+  return std::visit([&](const auto& one) { return with_values(scene, one, values); }, ref);
+}
+
+std::optional<FieldRef> carried(const FittedFieldRef& ref) {
+  return std::visit(
+      Overloaded{[](const auto& one) -> std::optional<FieldRef> { return FieldRef(one); },
+                 [](const VerticesRef&) -> std::optional<FieldRef> { return std::nullopt; }},
+      ref);
+}
 
 Eigen::VectorXd sphere_shares(const std::vector<std::ptrdiff_t>& shape) {
   const Eigen::ArrayXd rows =
@@ -226,7 +254,7 @@ Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) 
 
 void Fields::add(const Scene& scene, const UnknownParameter& one) {
   const std::string name = one.name();
-  const FittedFieldRef ref = field_of(scene, one);
+  const FittedFieldRef ref = field_named(scene, one.owner, one.parameter);
   if (std::find(refs_.begin(), refs_.end(), ref) != refs_.end())
     throw Refused("", name + " is listed twice", "list it once");
   Numbers numbers = std::visit([&](const auto& r) { return numbers_of(scene, r); }, ref);
@@ -237,7 +265,7 @@ void Fields::add(const Scene& scene, const UnknownParameter& one) {
   refs_.push_back(ref);
   names_.push_back(name);
   wanted_.push_back(one);
-  shapes_.push_back(std::move(numbers.shape));
+  shapes_.push_back(shape_of(scene, ref));
   images_.push_back(std::move(numbers.image));
   graphs_.push_back(std::move(numbers.graph));
   start_.push_back(std::move(numbers.values));
@@ -249,12 +277,10 @@ bool Fields::acts_by_channel(std::size_t field) const {
 }
 
 std::vector<FieldRef> Fields::carried() const {
-  std::vector<FieldRef> carried;
-  for (const FittedFieldRef& one : refs_)
-    std::visit(
-        Overloaded{[&](const auto& ref) { carried.emplace_back(ref); }, [](const VerticesRef&) {}},
-        one);
-  return carried;
+  std::vector<FieldRef> found;
+  for (const FittedFieldRef& ref : refs_)
+    if (const auto one = selenite::carried(ref)) found.push_back(*one);
+  return found;
 }
 
 const VerticesRef* Fields::vertices() const {
@@ -264,8 +290,7 @@ const VerticesRef* Fields::vertices() const {
 }
 
 Scene Fields::scene_with_field(const Scene& scene, std::size_t field, const Vector& values) const {
-  return std::visit([&](const auto& ref) { return with_values(scene, ref, values.cast<float>()); },
-                    refs_[field]);
+  return with_field(scene, refs_[field], values.cast<float>());
 }
 
 Scene Fields::scene_with(const Scene& scene, const FieldValues& values) const {

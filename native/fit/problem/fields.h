@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -23,6 +24,19 @@ struct VerticesRef {
 };
 using FittedFieldRef =
     std::variant<GridRef, ImageRef, EnvironmentRef, VertexColorsRef, VerticesRef>;
+
+/// What a name among the parameters of a material, of an object or of the world stands for.
+/// InvalidArgument, UnknownName: there is none.
+FittedFieldRef field_named(const Scene& scene, const std::string& owner,
+                           const std::string& parameter);
+/// (nz, ny, nx, channels) of a grid, (height, width, channels) of an image, (count, 3) of a mesh's
+/// colours or vertices.
+std::vector<std::ptrdiff_t> shape_of(const Scene& scene, const FittedFieldRef& ref);
+/// The scene with other values of a field, in the order of its shape. InvalidArgument: one of them is
+/// out of range.
+Scene with_field(const Scene& scene, const FittedFieldRef& ref, const Eigen::VectorXf& values);
+/// A field whose derivatives paths carry; none: vertices.
+std::optional<FieldRef> carried(const FittedFieldRef& ref);
 
 /// Shares of the sphere that the pixels of an equirectangular image of (height, width, ...) have,
 /// row by row.
@@ -59,8 +73,7 @@ class Fields {
       if (is_environment(f)) return true;
     return false;
   }
-  /// (nz, ny, nx, channels) of a grid, (height, width, channels) of an image, (count, 3) of a mesh's
-  /// colours or vertices.
+  /// See `shape_of`.
   const std::vector<std::ptrdiff_t>& shape(std::size_t field) const { return shapes_[field]; }
   int channels(std::size_t field) const { return static_cast<int>(shapes_[field].back()); }
   /// Of a surface, as it is at the start; null: a grid, a mesh, or the world's image.

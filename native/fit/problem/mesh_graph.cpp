@@ -54,8 +54,9 @@ Eigen::VectorXd MeshGraph::smoothed(const Eigen::VectorXd& numbers, double value
   solver.setTolerance(kTolerance);
   solver.setMaxIterations(kMostSteps);
   Eigen::VectorXd found(numbers.size());
-  for (int c = 0; c < 3; ++c) {
-    const auto channel = Eigen::seqN(c, size_, Eigen::fix<3>);
+  const Eigen::Index channels = numbers.size() / size_;
+  for (Eigen::Index c = 0; c < channels; ++c) {
+    const auto channel = Eigen::seqN(c, size_, channels);
     found(channel) = solver.solve(Eigen::VectorXd(numbers(channel)));
   }
   return found;

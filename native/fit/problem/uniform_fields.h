@@ -68,7 +68,8 @@ class UniformFields {
                                          const EnvironmentRef& ref);
   static std::optional<Colour> colour_of(const Scene& scene, std::size_t field,
                                          const VertexColorsRef& ref);
-  static std::optional<Colour> colour_of(const Scene&, std::size_t, const VerticesRef&) {
+  /// Nothing like one colour stands for any other.
+  static std::optional<Colour> colour_of(const Scene&, std::size_t, const auto&) {
     return std::nullopt;
   }
   static std::vector<Colour> colours_of(const Scene& scene, const Fields& fields);
