@@ -30,6 +30,7 @@ from .commands.terminal import say
 from .json_text import json_text
 from .native import NativeUnavailable
 from .problems import BadInput, Failed, NotWritten, Problem, problems_in
+from .process_end import end_process
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -42,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _run(argv, sys.stdout)
     status = run_as_process(sys.argv[1:])
     _remove_session()
-    os._exit(status)
+    end_process(status)
 
 
 def _remove_session() -> None:

@@ -5,6 +5,8 @@
 
 #include <random>
 
+#include "math/draws.h"
+
 namespace selenite {
 namespace {
 
@@ -24,15 +26,16 @@ struct Example {
   CellMatrix sparse;
   Eigen::MatrixXf dense = Eigen::MatrixXf::Zero(kRows, kColumns);
   std::mt19937 random{4};
-  std::normal_distribution<float> normal;
+  Normal<float> normal;
 
   Example() {
     const auto groups = quarters();
     CellMatrix::Sparse near(kRows, kColumns);
-    std::uniform_int_distribution<Eigen::Index> any(0, kColumns - kSide - 2);
+    std::uniform_real_distribution<double> uniform(0, kColumns - kSide - 1);
+    const auto any = [&] { return static_cast<Eigen::Index>(uniform(random)); };
     for (Eigen::Index p = 0; p < kRows; ++p) {
-      const Eigen::Index first = any(random);
-      for (const Eigen::Index q : {first, first + 1, first + kSide, first + kSide + 1, any(random)})
+      const Eigen::Index first = any();
+      for (const Eigen::Index q : {first, first + 1, first + kSide, first + kSide + 1, any()})
         near.coeffRef(p, q) += 1 + normal(random);
     }
     near.makeCompressed();

@@ -12,6 +12,7 @@
 #include "fit/run/fit.h"
 #include "fit/solver/gauss_newton.h"
 #include "fit/synthetic_renderer.h"
+#include "math/draws.h"
 
 namespace selenite {
 namespace {
@@ -214,7 +215,7 @@ TEST(FreeGain, ItsPriorLeadsStepsByResidualsToo) {
 TEST(FreeGain, CountsResidualsOnlyAsFarAsTheyAreIndependent) {
   const Compared s(GainFreedom::kRgb);
   std::mt19937 random(1);
-  std::normal_distribution<float> normal;
+  Normal<float> normal;
   Eigen::VectorXf block_level(100), apart(4800), together(4800);
   for (float& level : block_level) level = normal(random);
   for (Eigen::Index i = 0; i < apart.size(); ++i) {

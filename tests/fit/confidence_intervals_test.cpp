@@ -9,6 +9,7 @@
 #include "fit/evaluate/finite_differences.h"
 #include "fit/solver/singular_directions.h"
 #include "fit/synthetic_renderer.h"
+#include "math/draws.h"
 
 namespace selenite {
 namespace {
@@ -272,7 +273,7 @@ TEST(ConfidenceIntervals, ALowRoughnessIsTheMeanOfWhatItMayBe) {
   const Reparametrization reparametrization(unknowns);
   const Vector u = reparametrization.from_values(unknowns.start());
   std::mt19937 random(1);
-  std::normal_distribution<double> noise(0, kError);
+  Normal<double> noise(0, kError);
   double square_of_mean = 0, square_of_end = 0;
   for (int i = 0; i < kTruths; ++i) {
     const double truth = kLow + (kHigh - kLow) * (i + 0.5) / kTruths;

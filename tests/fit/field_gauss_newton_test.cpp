@@ -11,6 +11,7 @@
 #include "fit/run/fit.h"
 #include "fit/smoke.h"
 #include "fit/taken_photos.h"
+#include "math/draws.h"
 
 namespace selenite {
 namespace {
@@ -43,7 +44,7 @@ struct LinearWorld {
 
   explicit LinearWorld(double noise = 0) {
     std::mt19937 random(5);
-    std::normal_distribution<float> normal;
+    Normal<float> normal;
     newton->set_values(fields.start());
     for (const Photo& photo : photos) {
       // A number shows in its own channel, as the cells' Jacobian holds it.
@@ -119,7 +120,7 @@ TEST(FieldGaussNewton, InstrumentsAreBlindToWhatVoxelsCanCompensateFor) {
 TEST(FieldGaussNewton, WithPixelsInFocusBothTogetherAreBlind) {
   LinearWorld world;
   std::mt19937 random(6);
-  std::normal_distribution<float> normal;
+  Normal<float> normal;
   InstrumentalVariables::Set informative = world.z[0];
   for (InstrumentalVariables::Half* half : {&informative.a, &informative.b}) {
     half->filtered.setZero();

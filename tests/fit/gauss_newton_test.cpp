@@ -8,6 +8,7 @@
 #include "fit/inference/confidence_intervals.h"
 #include "fit/problem/reparametrization.h"
 #include "fit/synthetic_renderer.h"
+#include "math/draws.h"
 #include "math/error.h"
 
 namespace selenite {
@@ -209,7 +210,7 @@ float share_of_highlight(bool has_direct) {
     for (const int x : {8, 9, 10}) highlight.segment<3>(3 * (y * kSize + x)).setOnes();
   std::mt19937 engine(3);
   const auto noise = [&](float sigma) {
-    std::normal_distribution<float> normal(0, sigma);
+    Normal<float> normal(0, sigma);
     Eigen::VectorXf column(kRows);
     for (float& number : column) number = normal(engine);
     return column;
@@ -296,7 +297,7 @@ TEST(Instruments, AColourIsKeptAsOneNumberAPixel) {
                         {"Body", "roughness", {0.5}, 0.05, 0.95, 0.03}},
                        kSize);
   std::mt19937 engine(3);
-  std::normal_distribution<float> normal;
+  Normal<float> normal;
   InstrumentalVariables of_channels, of_all;
   for (int i = 0; i < 4; ++i) {
     Halves h;

@@ -10,6 +10,7 @@
 #include "fit/solver/field_gauss_newton.h"
 #include "fit/solver/joint_gauss_newton.h"
 #include "fit/taken_photos.h"
+#include "math/draws.h"
 
 namespace selenite {
 namespace {
@@ -37,7 +38,7 @@ struct LinearImage {
   std::vector<InstrumentalVariables::Set> z;  ///< of what texels explain, and of single pixels
   std::vector<Eigen::VectorXf> weights;
   std::mt19937 random;
-  std::normal_distribution<float> normal;
+  Normal<float> normal;
 
   explicit LinearImage(std::size_t count = 4, bool by_agreement = true, unsigned seed = 5)
       : photos(grey_photos(scene, count)),

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "fit/synthetic_renderer.h"
+#include "math/draws.h"
 
 namespace selenite {
 namespace {
@@ -36,7 +37,7 @@ struct Made {
   Observation derivatives(int photo, const std::vector<std::size_t>& strong,
                           const std::vector<std::size_t>& paths, float noise = 0.1f,
                           float size = 1) {
-    std::normal_distribution<float> normal(0, noise);
+    Normal<float> normal(0, noise);
     Film film(kSide, kSide, 8, 2);
     for (std::size_t k = 0; k < 2; ++k)
       for (std::size_t p = 0; p < film.size(); ++p) {

@@ -8,6 +8,7 @@
 #include "fit/smoke.h"
 #include "fit/solver/joint_gauss_newton.h"
 #include "fit/taken_photos.h"
+#include "math/draws.h"
 
 namespace selenite {
 
@@ -43,7 +44,7 @@ struct LinearPhotos {
 
   LinearPhotos() {
     std::mt19937 random(7);
-    std::normal_distribution<float> normal;
+    Normal<float> normal;
     for (Eigen::Index k = 0; k < kNumbers; ++k)
       true_voxels[k] = 0.5 + 0.15 * std::sin(static_cast<double>(k));
     for (std::size_t i = 0; i < photos.size(); ++i) {

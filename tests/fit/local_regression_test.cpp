@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "math/draws.h"
+
 namespace selenite {
 namespace {
 
@@ -27,7 +29,7 @@ float board(double x, double y, int c) {
 
 Eigen::VectorXf noise(unsigned seed) {
   std::mt19937 random(seed);
-  std::normal_distribution<float> normal;
+  Normal<float> normal;
   return Eigen::VectorXf::NullaryExpr(kCount, [&] { return normal(random); });
 }
 

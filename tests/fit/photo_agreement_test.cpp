@@ -7,6 +7,7 @@
 
 #include "fit/image_scenes.h"
 #include "fit/problem/saved_state.h"
+#include "math/draws.h"
 
 namespace selenite {
 namespace {
@@ -19,7 +20,7 @@ double share_of(double common, double own, int photos = kPhotos, int first_texel
   PhotoAgreement agreement(fields);
   const auto numbers = static_cast<std::size_t>(fields.start()[0].size());
   std::mt19937 random(3);
-  std::normal_distribution<double> normal;
+  Normal<double> normal;
   std::vector<double> pattern(numbers);
   for (double& one : pattern) one = common * normal(random);
   for (int round = 0; round < kRounds; ++round) {

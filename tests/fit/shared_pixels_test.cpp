@@ -10,6 +10,7 @@
 #include "fit/objective/shared_residual.h"
 #include "fit/problem/pixel_weights.h"
 #include "fit/synthetic_renderer.h"
+#include "math/draws.h"
 #include "math/scalar.h"
 
 namespace selenite {
@@ -19,7 +20,7 @@ constexpr int kFile = 34, kSide = 24, kDraws = 400;
 
 /// A photo of which each pixel of the file has noise of its own, brought to a smaller size.
 Photo noisy_photo(std::mt19937& random) {
-  std::normal_distribution<float> normal(0.5f, 0.1f);
+  Normal<float> normal(0.5f, 0.1f);
   Photo file = grey_capture(kFile);
   for (Colorf& pixel : file.reference) pixel = Colorf(normal(random));
   check_photo(file);

@@ -8,6 +8,7 @@
 
 #include "fit/problem/pixel_weights.h"
 #include "fit/synthetic_renderer.h"
+#include "math/draws.h"
 #include "math/scalar.h"
 
 namespace selenite {
@@ -33,7 +34,7 @@ double squared_scores(float of_photo, float of_render) {
   const Photo photo = disc();
   const Eigen::VectorXf weights = relative_weights(photo, 1);
   std::mt19937 random(3);
-  std::normal_distribution<float> normal;
+  Normal<float> normal;
   std::uniform_real_distribution<float> uniform;
   const auto noise = [&](float size) -> Eigen::VectorXf {
     return Eigen::VectorXf::NullaryExpr(weights.size(), [&](auto) {

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <random>
 
+#include "math/draws.h"
+
 namespace selenite {
 namespace {
 
@@ -63,7 +65,7 @@ class Scene {
     return picture;
   }
   Picture noisy(Picture picture, double amount) {
-    std::normal_distribution<double> normal(0, amount);
+    Normal<double> normal(0, amount);
     for (double& value : picture) value = std::max(0.0, value * (1 + normal(random_)));
     return picture;
   }

@@ -11,6 +11,7 @@
 #include "image/temporary_folder.h"
 #include "image/working/working_size.h"
 #include "image/write.h"
+#include "math/draws.h"
 
 namespace selenite {
 namespace {
@@ -59,7 +60,7 @@ TEST(IsolatedLight, NoneIsInEdgesLinesHighlightsAndOrdinaryNoise) {
             }).count(),
             0);
   std::mt19937 random(1);
-  std::normal_distribution<double> normal;
+  Normal<double> normal;
   EXPECT_LT(found([&](int, int) { return std::max(0.0, 1 + 0.3 * normal(random)); }).share(), 1e-4);
 }
 

@@ -18,6 +18,7 @@
 #include "image/picture_bytes.h"
 #include "image/temporary_folder.h"
 #include "image/write.h"
+#include "math/draws.h"
 
 namespace selenite {
 namespace {
@@ -221,7 +222,7 @@ TEST_F(ReadPhoto, PixelsThatAreNotFiniteOrBelowZeroAreLeftOutAndCounted) {
 // Leaving out the half of it that lies below 0 makes shadows too bright.
 TEST_F(ReadPhoto, NoiseAroundZeroCounts) {
   std::mt19937 random(1);
-  std::normal_distribution<float> noise(0, 0.004f);
+  Normal<float> noise(0, 0.004f);
   constexpr int kSide = 64;
   std::vector<float> pixels(3 * kSide * kSide);
   for (std::size_t i = 0; i < pixels.size(); ++i)

@@ -58,10 +58,10 @@ BLENDER_MODULES = {"bpy", "bmesh", "mathutils", "gpu", "blf", "bpy_extras", "add
 # parent of every module, and registers the interface.
 # Of the native modules types alone are imported.
 ROOMS = (
-    "_core", "_image", "messages", "problems", "paths", "json_text", "native", "parameters",
-    "atomic_files", "grid_files", "mean_free_path", "environments", "scene_read", "write_back",
-    "capture", "fit", "report", "advice", "cycles_check", "importers", "commands", "demo", "cli",
-    "command_process", "interface", "__main__",
+    "_core", "_image", "process_end", "messages", "problems", "paths", "json_text", "native",
+    "parameters", "atomic_files", "grid_files", "mean_free_path", "environments", "scene_read",
+    "write_back", "capture", "fit", "report", "advice", "cycles_check", "importers", "commands",
+    "demo", "cli", "command_process", "interface", "__main__",
 )  # fmt: skip
 
 VAGUE = re.compile(r"(^|_)(utils?|helpers?|common|manager|misc)($|_)")

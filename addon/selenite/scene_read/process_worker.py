@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import importlib
 import json
-import os
 import sys
 import traceback
 from collections.abc import Mapping
@@ -50,4 +49,6 @@ if __name__ == "__main__":
     status = main(Path(words[0]))
     sys.stdout.flush()
     sys.stderr.flush()
-    os._exit(status)  # bpy can hang in its own destructors
+    from selenite.process_end import end_process
+
+    end_process(status)

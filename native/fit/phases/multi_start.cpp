@@ -320,27 +320,34 @@ void MultiStart::members(SavedState& state) {
   state(next_, round_, stepped_, chosen_, result_);
 }
 
-double MultiStart::work(int round, double candidates) const {
-  if (round == 0) return candidates * options_.first_spp;
-  if (round == last_round()) return candidates * options_.final_spp;
-  const int steps = options_.rounds[static_cast<std::size_t>(round) - 1].steps;
-  return candidates * options_.step_spp * (1 + kRendersOfStep * steps);
+double MultiStart::work(int round, bool steps) const {
+  if (round == 0) return options_.first_spp;
+  if (round == last_round()) return options_.final_spp;
+  const int count = steps ? options_.rounds[static_cast<std::size_t>(round) - 1].steps : 0;
+  return options_.step_spp * (1 + kRendersOfStep * count);
 }
 
 double MultiStart::fraction() const {
   if (round_ > last_round()) return 1;
   double done = 0, all = 0;
   for (int round = 0; round <= last_round(); ++round) {
+    if (round == round_) {
+      for (std::size_t i = 0; i < candidates_.size(); ++i) {
+        const double part = work(round, !candidates_[i].untouched);
+        all += part;
+        if (i < next_) done += part;
+      }
+      done += options_.step_spp * kRendersOfStep * stepped_;
+      continue;
+    }
+    // The most that there may be: the start as it is and stepped, and others. None is added later.
     const auto place = static_cast<std::size_t>(std::clamp(round - 1, 0, last_round() - 2));
-    const double candidates = round == 0 ? 1 + options_.points : 1 + options_.rounds[place].count;
-    const double part = work(round, candidates);
+    double others = round == 0 ? options_.points : 1 + options_.rounds[place].count;
+    if (round > std::max(round_, 1))
+      others = std::min(others, static_cast<double>(candidates_.size()) - 1);
+    const double part = work(round, false) + others * work(round, true);
     all += part;
     if (round < round_) done += part;
-    if (round != round_) continue;
-    const Candidate& candidate = candidates_[next_];
-    const double of_candidate = stepped_ / (steps_of(candidate) + 1 / kRendersOfStep);
-    done += part * (static_cast<double>(next_) + of_candidate) /
-            static_cast<double>(candidates_.size());
   }
   return done / all;
 }

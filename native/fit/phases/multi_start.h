@@ -104,8 +104,8 @@ class MultiStart {
   int steps_of(const Candidate& candidate) const;
   /// The n-th of them.
   void descend(Candidate& candidate, int n, Evaluator& evaluator) const;
-  /// Samples that so many candidates take in a round, per pixel.
-  double work(int round, double candidates) const;
+  /// Samples that a candidate takes in a round, per pixel.
+  double work(int round, bool steps) const;
   void rank();
   bool same_basin(const Vector& x, const Vector& y) const;
   bool equivalent(const Candidate& one, const Candidate& other) const;
