@@ -12,6 +12,11 @@ set(CMAKE_CXX_COMPILER "${tool}-clang++")
 set(CMAKE_AR "${tool}-ar" CACHE FILEPATH "")
 set(CMAKE_RANLIB "${tool}-ranlib" CACHE FILEPATH "")
 
+# There is no SDK: the compiler brings the C library's headers and names along.
+set(CMAKE_OSX_SYSROOT "" CACHE PATH "")
+set(CMAKE_OSX_DEPLOYMENT_TARGET "" CACHE STRING "")
+set(CMAKE_SKIP_RPATH ON CACHE BOOL "")
+
 # Libraries and headers come from the prefix of this target alone, programs from this system.
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)

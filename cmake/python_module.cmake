@@ -9,6 +9,10 @@ if(CMAKE_CROSSCOMPILING AND WIN32)
   # An import library is taken for a static one, which would need the libraries of this system's Python.
   set_property(TARGET Python::Module PROPERTY INTERFACE_LINK_LIBRARIES "")
 endif()
+if(CMAKE_CROSSCOMPILING AND APPLE)
+  # Its linker makes no bundles. A library of Python's is loaded as well.
+  set(CMAKE_SHARED_MODULE_CREATE_CXX_FLAGS -shared)
+endif()
 if(NOT pybind11_DIR)
   execute_process(COMMAND "${Python_EXECUTABLE}" -m pybind11 --cmakedir
     OUTPUT_VARIABLE pybind11_DIR OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
@@ -45,6 +49,11 @@ function(selenite_python_module name library)
     endif()
   elseif(WIN32)
     target_link_options(${name} PRIVATE -s)  # no table of symbols; the entry alone is exported, as it says so itself
+  elseif(CMAKE_CROSSCOMPILING AND APPLE)
+    # The C++ library's operators new and delete would be seen from outside: the module has its own.
+    target_sources(${name} PRIVATE "${PROJECT_SOURCE_DIR}/cmake/own_allocation.cpp")
+    target_compile_options(${name} PRIVATE -fvisibility-global-new-delete=force-hidden)
+    target_link_options(${name} PRIVATE -Wl,-dead_strip)
   endif()
   install(TARGETS ${name} DESTINATION selenite COMPONENT python)
 endfunction()

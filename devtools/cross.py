@@ -30,7 +30,7 @@ class Platform:
     #: How clang names it, and how configure scripts do
     triple: str
     host: str
-    #: Instructions that every processor of it has
+    #: Instructions that every processor of it has; empty: the compiler's own idea of that
     processor: str
     #: Of wheels: its tag, and what native modules end in
     tag: str
@@ -38,6 +38,8 @@ class Platform:
     #: As Python calls it in sysconfig, and Blender in a manifest
     in_python: str
     in_blender: str
+    #: What has been seen of its modules
+    tried: str
 
     def tool(self, name: str) -> Path:
         return TOOLS / f"{self.triple}-{name}"
@@ -60,33 +62,50 @@ class Platform:
             "PYTHON_MODULE_EXTENSION": self.suffix.format(compact),
             "SELENITE_WERROR": "ON" if os.environ.get("CI") else "OFF",
         }
+        place = foreign_python(self, version)
         if self is WINDOWS:
-            place = windows_python(version)
             settings |= {
                 "Python_INCLUDE_DIR": str(place / "include"),
                 "Python_LIBRARY": str(place / "libs" / f"python{compact}.lib"),
             }
+        else:
+            settings["Python_INCLUDE_DIR"] = str(place / "include" / f"python{version}")
         return settings
 
 
 WINDOWS = Platform(
     "windows", "x86_64-windows-gnu", "x86_64-w64-mingw32", "x86_64_v2",
     "win_amd64", ".cp{}-win_amd64.pyd", "win-amd64", "windows-x64",
+    "Built on Linux, tried under Wine, never run on Windows.",
 )  # fmt: skip
 MACOS = Platform(
-    "macos", "aarch64-macos.11.0-none", "aarch64-apple-darwin", "apple_m1",
+    "macos", "aarch64-macos.11.0-none", "aarch64-apple-darwin", "",
     "macosx_11_0_arm64", ".cpython-{}-darwin.so", "macosx-11.0-arm64", "macos-arm64",
+    "Built on Linux, never run.",
 )  # fmt: skip
-# Windows' Python as Maven Central has it: version -> artifact and its SHA-256
+# Their Pythons as Maven Central has them: version -> artifact and its SHA-256. Of macOS headers are
+# taken alone; for 3.11 it has Intel's, which tell processors apart by the compiler.
 PYTHONS = {
-    "3.11": (
-        "org.bytedeco:cpython:3.11.3-1.5.9:jar:windows-x86_64",
-        "3263a50b256447bb7b9e604d6587627e419891370fc33b94469e6a06ff4de834",
-    ),
-    "3.13": (
-        "org.bytedeco:cpython:3.13.5-1.5.12:jar:windows-x86_64",
-        "cfe5502ffa7ea369be707b6d88bf68344732a7800450665080fb4267c01bfeae",
-    ),
+    "windows": {
+        "3.11": (
+            "org.bytedeco:cpython:3.11.3-1.5.9:jar:windows-x86_64",
+            "3263a50b256447bb7b9e604d6587627e419891370fc33b94469e6a06ff4de834",
+        ),
+        "3.13": (
+            "org.bytedeco:cpython:3.13.5-1.5.12:jar:windows-x86_64",
+            "cfe5502ffa7ea369be707b6d88bf68344732a7800450665080fb4267c01bfeae",
+        ),
+    },
+    "macos": {
+        "3.11": (
+            "org.bytedeco:cpython:3.11.3-1.5.9:jar:macosx-x86_64",
+            "223aed1538351b9df68781f60afa865c5ca6cc640353cb5d46b4706049cec5e4",
+        ),
+        "3.13": (
+            "org.bytedeco:cpython:3.13.5-1.5.12:jar:macosx-arm64",
+            "b9ccb29cafe9c0f9bf341fa1573ac0f112d3557c13c398115ab91926091fdc0a",
+        ),
+    },
 }
 PLATFORMS = {platform.name: platform for platform in (WINDOWS, MACOS)}
 
@@ -96,7 +115,9 @@ def ensure(platform: Platform) -> None:
     python = environment.ensure_environment(CACHE / "cross" / "ziglang", REQUIREMENTS)
     (zig,) = python.parent.parent.glob("lib/*/site-packages/ziglang/zig")
     TOOLS.mkdir(parents=True, exist_ok=True)
-    target = f"-target {platform.triple} -mcpu={platform.processor}"
+    target = f"-target {platform.triple}"
+    if platform.processor:
+        target += f" -mcpu={platform.processor}"
     programs = {"clang": f"cc {target}", "clang++": f"c++ {target}"}
     for name, words in {**programs, **{n: n for n in ("ar", "ranlib", "rc")}}.items():
         tool = platform.tool(name)
@@ -109,17 +130,19 @@ def ensure(platform: Platform) -> None:
         tool.chmod(0o755)
 
 
-def windows_python(version: str) -> Path:
-    """The folder of Windows' Python: python.exe, include/, libs/."""
-    artifact, checksum = PYTHONS[version]
-    target = CACHE / "cross" / f"python-{version}"
+def foreign_python(platform: Platform, version: str) -> Path:
+    """The folder of a platform's Python: of Windows python.exe, include/, libs/."""
+    artifact, checksum = PYTHONS[platform.name][version]
+    _, name, number, _, classifier = artifact.split(":")
+    target = (
+        CACHE / "cross" / f"python-{version}{'' if platform is WINDOWS else '-' + platform.name}"
+    )
     stamp = target.with_name(f"{target.name}.stamp")
     if not is_stamped(stamp, checksum):
-        say(f"fetching Windows' Python {version}")
+        say(f"fetching Python {version} for {classifier}")
         jars = CACHE / "cross" / "jars"
         run(["mvn", "--quiet", "--batch-mode", "dependency:copy", f"-Dartifact={artifact}",
              f"-DoutputDirectory={jars}"])  # fmt: skip
-        _, name, number, _, classifier = artifact.split(":")
         jar = jars / f"{name}-{number}-{classifier}.jar"
         if hashlib.sha256(jar.read_bytes()).hexdigest() != checksum:
             raise Failed(f"{jar} is not the file of the checksum in devtools/cross.py")
@@ -127,7 +150,7 @@ def windows_python(version: str) -> Path:
         with zipfile.ZipFile(jar) as archive:
             archive.extractall(target)
         write_stamp(stamp, checksum)
-    return target / "org" / "bytedeco" / "cpython" / "windows-x86_64"
+    return target / "org" / "bytedeco" / name / classifier
 
 
 def compiler() -> str:

@@ -14,6 +14,8 @@ WINDOWS_LIBRARIES = re.compile(
     re.IGNORECASE,
 )
 MACOS_LIBRARIES = re.compile(r"/usr/lib/lib(System\.B|c\+\+\.1|c\+\+abi)\.dylib")
+# Every library that zig links shows these; other libraries have their own.
+OF_ZIG = {"___dso_handle", "__mh_dylib_header"}
 OLDEST_MACOS = "11.0"  # Blender's own minimum
 
 
@@ -31,16 +33,25 @@ def faults_of_windows_module(module: Path) -> list[str]:
 
 
 def faults_of_macos_module(module: Path) -> list[str]:
-    """The same of a module for macOS, and the oldest macOS that it names."""
+    """The same of a module for macOS, its processor, and the oldest macOS that it names."""
     names = _output("llvm-nm", "--extern-only", "--defined-only", "--format=just-symbols", module)
-    faults = _faults_of_exports(module, set(names.split()), f"_PyInit_{_name(module)}")
+    own = {name for name in names.split() if name not in OF_ZIG and "8pybind11" not in name}
+    faults = _faults_of_exports(module, own, f"_PyInit_{_name(module)}")
     commands = _output("llvm-objdump", "--macho", "--private-headers", module)
     needed = set(re.findall(r"LC_LOAD_DYLIB\s+cmdsize \d+\s+name (\S+)", commands))
     if others := sorted(name for name in needed if not MACOS_LIBRARIES.fullmatch(name)):
         faults.append(f"{module.name} needs {', '.join(others)}, which a system may lack")
+    if not re.search(r"^ *MH_MAGIC_64 +ARM64 ", commands, re.MULTILINE):
+        faults.append(f"{module.name} is not for Apple's processors")
+    if "LC_CODE_SIGNATURE" not in commands:
+        faults.append(f"{module.name} is not signed; macOS ends a process that loads it")
     oldest = set(re.findall(r"minos (\S+)", commands))
     if oldest != {OLDEST_MACOS}:
         faults.append(f"{module.name} is for macOS {', '.join(oldest)}, not {OLDEST_MACOS}")
+    looked_up = _output("llvm-nm", "--undefined-only", "--format=darwin", module)
+    anywhere = re.findall(r"external (\S+)(?! \(from )(?:\s|$)", looked_up)
+    if wanted := sorted(name for name in anywhere if not re.match("__?Py", name)):
+        faults.append(f"{module.name} takes {', '.join(wanted[:4])} from whatever has it")
     return faults
 
 

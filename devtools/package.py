@@ -5,7 +5,7 @@ selenite-V-cpXY-cpXY-manylinux_*.whl   one for each Python of Blender's: needs t
 selenite-V-extension.zip               Blender 4.2 and later: those wheels and others
 selenite-V-blender34-debian.zip        add-on for Debian 12's Blender 3.4, which has the libraries
 
-With --platform windows, wheels and extension for that: built here, and not tried.
+With --platform windows or macos, wheels and extension for that: built here, and not tried.
 
 The wheels hold Embree, OpenImageIO and the rest as static libraries (static_libraries.py).
 """
@@ -34,11 +34,6 @@ WORK = BUILD / "package"
 PYTHONS = ("3.11", "3.13")
 # The C library that Blender asks for; cmake/oldest_glibc.cmake sees to it
 GLIBC = (2, 28)
-# Platforms of cross.py without a package, each with the reason
-UNBUILT = {
-    "macos": "there is no package for macOS yet: Embree and OpenImageIO have not been compiled for "
-    "it, and no module has been linked (docs/measurements/packages.md, macOS)"
-}
 # What a wheel of ours needs at run time beside numpy, which every Blender has
 PURE_PYTHON = ("rich", "markdown-it-py", "mdurl", "Pygments", "defusedxml", "platformdirs")
 
@@ -73,9 +68,6 @@ def make(arguments: list[str]) -> None:
         help="what is packed for (linux)",
     )
     options = parser.parse_args(arguments)
-    for name in options.platform:
-        if reason := UNBUILT.get(name):
-            raise Failed(reason)
     pythons = _pythons()
     with alone("package"):
         shutil.rmtree(WORK, ignore_errors=True)
@@ -116,7 +108,9 @@ def _make_for(
     wheels = [
         _foreign_wheel(platform, version, python, prefix) for version, python in pythons.items()
     ]
-    extension = _extension(wheels, libraries, platform.in_blender, DIST / f"{_name()}-{target}")
+    extension = _extension(
+        wheels, libraries, platform.in_blender, DIST / f"{_name()}-{target}", platform.tried
+    )
     _refuse(package_checks.faults_of_extension(extension, map(_tag, pythons)))
     return [*wheels, extension]
 
@@ -232,8 +226,13 @@ def _sources(target: Path) -> None:
     shutil.copy2(ROOT / "LICENSE", target / "LICENSE")
 
 
-def _extension(own: list[Path], libraries: list[Path], platform: str, result: Path) -> Path:
-    """Blender's extension in `result`, for a platform as its manifest calls it."""
+def _extension(
+    own: list[Path], libraries: list[Path], platform: str, result: Path, tried: str = ""
+) -> Path:
+    """Blender's extension in `result`, for a platform as its manifest calls it.
+
+    `tried`: what its manifest says of a platform that it was not run on.
+    """
     source = WORK / f"extension-{platform}"
     _sources(source)
     for name in ("_core", "_image"):
@@ -247,6 +246,8 @@ def _extension(own: list[Path], libraries: list[Path], platform: str, result: Pa
     if "wheels = []" not in text:
         raise Failed("blender_manifest.toml has no line 'wheels = []' to fill")
     lists = f'platforms = ["{platform}"]\nwheels = [\n{listed}]'
+    if tried:
+        lists = f"# {tried}\n{lists}"
     manifest.write_text(text.replace("wheels = []", lists))
     tool = next(
         (ROOT / ".venv").glob(

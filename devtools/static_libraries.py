@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import cross
+import mach_o
 from process import JOBS, ROOT, Failed, digest, is_stamped, run, say, write_stamp
 
 CACHE = cross.CACHE / "static"
@@ -75,13 +76,24 @@ class Library:
     #: What is done on top where it is built for another platform: options, texts in files
     foreign_options: Mapping[str, str] = field(default_factory=dict)
     foreign_texts: Mapping[str, tuple[tuple[str, str], ...]] = field(default_factory=dict)
-    #: Options on top of those, by the name of the platform
+    #: Options and texts on top of those, by the name of the platform
     options_on: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    texts_on: Mapping[str, Mapping[str, tuple[tuple[str, str], ...]]] = field(default_factory=dict)
 
     def options_for(self, platform: cross.Platform | None) -> dict[str, str]:
         if platform is None:
             return {**self.options}
         return {**self.options, **self.foreign_options, **self.options_on.get(platform.name, {})}
+
+    def texts_for(self, platform: cross.Platform | None) -> dict[str, tuple[tuple[str, str], ...]]:
+        if platform is None:
+            return {}
+        return {**self.foreign_texts, **self.texts_on.get(platform.name, {})}
+
+    def recipe(self, platform: cross.Platform | None) -> str:
+        """What its build for a platform depends on."""
+        sources = self.version, self.files, self.placeholders, self.left_out, self.autotools
+        return repr((self.name, *sources, self.options_for(platform), self.texts_for(platform)))
 
 
 # What Linux has as libraries of the distribution
@@ -99,6 +111,8 @@ FOREIGN = (
             "CMakeLists.txt": (
                 ("add_library(zlib SHARED", "add_library(zlib SHARED EXCLUDE_FROM_ALL"),
                 ("install(TARGETS zlib zlibstatic", "install(TARGETS zlibstatic"),
+                # Not among the distribution's sources
+                ("win32/zlib1.rc # If present", "# If present"),
             )
         },
     ),
@@ -114,6 +128,8 @@ FOREIGN = (
             ),
         },
         {"PNG_SHARED": OFF, "PNG_TESTS": OFF, "PNG_EXECUTABLES": OFF},
+        # A header of systems before macOS X
+        texts_on={"macos": {"pngpriv.h": ((" || defined(TARGET_OS_MAC)", ""),)}},
     ),
     Library(
         "libjpeg-turbo",
@@ -349,10 +365,13 @@ def prefix(platform: cross.Platform | None = None) -> Path:
         _link_headers(place.prefix / "include")
     for library in libraries:
         alone = library.name == "embree"  # it is built on nothing, and nothing on it
-        key = digest([repr(library), *place.recipe, "" if alone else before])
+        key = digest([library.recipe(platform), *place.recipe, "" if alone else before])
         stamp = place.folder / "stamps" / library.name
         if not is_stamped(stamp, key):
             _build(library, place)
+            if platform is cross.MACOS:
+                for archive in sorted((place.prefix / "lib").glob("*.a")):
+                    mach_o.hide_names(archive)
             write_stamp(stamp, key)
         before = before if alone else key
     if platform is None:
@@ -427,7 +446,7 @@ def _build(library: Library, place: Place) -> None:
     _unpack(library, source)
     options = library.options_for(place.platform)
     if place.platform is not None:
-        _replace(library.foreign_texts, source)
+        _replace(library.texts_for(place.platform), source)
     say(f"building {library.name} {library.version} as a static library (once)")
     if library.autotools:
         build.mkdir(parents=True)

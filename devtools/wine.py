@@ -28,7 +28,7 @@ TREE = BUILD / "windows"
 
 def ensure() -> None:
     """A Windows 10, and Blender's wheel and pytest for its Python. Downloads 370 MB once."""
-    cross.windows_python(PYTHON_VERSION)
+    cross.foreign_python(cross.WINDOWS, PYTHON_VERSION)
     if not is_stamped(FOLDER / "wine.stamp", "win10"):
         say("making a Windows of Wine's")
         for words in (["wineboot", "-i"], ["winecfg", "-v", "win10"]):
@@ -80,7 +80,7 @@ def command(program: str | Path, *words: str | Path) -> list[str]:
     """Of a program for Windows; "python" is Blender's, "python3.13" is that version."""
     if isinstance(program, str):
         version = program.removeprefix("python") or PYTHON_VERSION
-        program = cross.windows_python(version) / "python.exe"
+        program = cross.foreign_python(cross.WINDOWS, version) / "python.exe"
     return ["wine", str(program), *map(windows_path, words)]
 
 
@@ -98,10 +98,14 @@ def output(
 ) -> tuple[int, str]:
     """Exit status and all that it prints. Through a pipe: Python for Windows refuses a file."""
     env = {**os.environ, **_variables(), **(variables or {})}
+    # Wine's services start with its first program and outlive it: they must not hold the pipe.
+    nowhere = subprocess.DEVNULL
+    subprocess.run(["wine", "cmd", "/c", "exit"], env=env, stdin=nowhere, stdout=nowhere,
+                   stderr=nowhere, check=True)  # fmt: skip
     with subprocess.Popen(
         command(program, *words), cwd=cwd, env=env, text=True,
         encoding="utf-8", errors="replace",
-        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        stdin=nowhere, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
     ) as process:  # fmt: skip
         try:
             text, _ = process.communicate(timeout=seconds)

@@ -20,12 +20,19 @@ IMPORTS = "Format: COFF-x86-64\n" + "".join(
 )
 EXPORTS = "Export {{\n  Ordinal: 1\n  Name: {}\n  RVA: 0x1000\n}}\n"
 COMMANDS = """
+ MH_MAGIC_64   ARM64        ALL  0x00       DYLIB    19       1864   NOUNDEFS
           cmd LC_LOAD_DYLIB
       cmdsize 56
          name /usr/lib/libSystem.B.dylib (offset 24)
       cmd LC_BUILD_VERSION
   platform macos
     minos {}
+      cmd {}
+"""
+LOOKED_UP = """
+                 (undefined) external _PyModule_Create2
+                 (undefined) weak external __Unwind_Resume (from libSystem)
+                 (undefined) external {}
 """
 
 
@@ -62,17 +69,31 @@ def test_a_module_for_windows_exports_its_entry_and_needs_windows_alone(
 
 
 @pytest.mark.parametrize(
-    ("names", "oldest", "fault"),
+    ("changes", "fault"),
     [
-        ("_PyInit__core\n", "11.0", ""),
-        ("_PyInit__core\n__ZdlPv\n", "11.0", "exports _PyInit__core, __ZdlPv"),
-        ("_PyInit__core\n", "13.0", "is for macOS 13.0, not 11.0"),
+        ({}, ""),
+        ({"names": "_PyInit__core\n___dso_handle\n"}, ""),
+        ({"names": "_PyInit__core\n__ZdlPv\n"}, "exports _PyInit__core, __ZdlPv"),
+        ({"oldest": "13.0"}, "is for macOS 13.0, not 11.0"),
+        ({"signature": "LC_SYMTAB"}, "is not signed"),
+        ({"processor": "X86_64"}, "is not for Apple's processors"),
+        ({"taken": "_rtcNewDevice"}, "takes _rtcNewDevice from whatever has it"),
     ],
 )
-def test_a_module_for_macos_names_the_oldest_that_blender_runs_on(
-    monkeypatch: pytest.MonkeyPatch, names: str, oldest: str, fault: str
+def test_a_module_for_macos_stands_for_itself_and_names_the_oldest_that_blender_runs_on(
+    monkeypatch: pytest.MonkeyPatch, changes: dict[str, str], fault: str
 ) -> None:
-    listing(monkeypatch, {"--extern-only": names, "--macho": COMMANDS.format(oldest)})
+    usual = {
+        "names": "_PyInit__core\n", "oldest": "11.0", "signature": "LC_CODE_SIGNATURE",
+        "processor": "ARM64", "taken": "_Py_IncRef",
+    }  # fmt: skip
+    shown = usual | changes
+    commands = COMMANDS.format(shown["oldest"], shown["signature"])
+    listing(monkeypatch, {
+        "--extern-only": shown["names"],
+        "--macho": commands.replace("ARM64", shown["processor"]),
+        "--undefined-only": LOOKED_UP.format(shown["taken"]),
+    })  # fmt: skip
     faults = checks.faults_of_macos_module(Path("_core.cpython-311-darwin.so"))
     assert len(faults) == bool(fault)
     assert fault in "".join(faults)

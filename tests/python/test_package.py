@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What `./dev package` answers before it builds anything."""
+"""What `./dev package` makes for which platform."""
 
 from __future__ import annotations
 
@@ -13,18 +13,28 @@ sys.path.insert(0, str(ROOT / "devtools"))
 
 import cross  # noqa: E402
 import package  # noqa: E402
-from process import Failed  # noqa: E402
 
 
-def test_a_platform_without_a_package_is_refused_with_the_reason(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.fixture
+def manifest(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """That of an extension that is made without Blender and without wheels."""
+    monkeypatch.setattr(package, "WORK", tmp_path)
+    monkeypatch.setattr(package, "run", lambda _command: None)
+    return tmp_path / "extension-macos-arm64" / "blender_manifest.toml"
+
+
+@pytest.mark.parametrize("tried", ["", cross.MACOS.tried])
+def test_a_manifest_says_where_its_modules_never_ran(
+    manifest: Path, tmp_path: Path, tried: str
 ) -> None:
-    monkeypatch.setattr(package, "_pythons", lambda: pytest.fail("something was built"))
-    with pytest.raises(Failed, match="no package for macOS yet: Embree and OpenImageIO have not"):
-        package.make(["--platform", "linux", "macos"])
-    assert package.UNBUILT.keys() < cross.PLATFORMS.keys()
+    package._extension([], [], cross.MACOS.in_blender, tmp_path / "made.zip", tried)
+    text = manifest.read_text(encoding="utf-8")
+    assert 'platforms = ["macos-arm64"]\n' in text
+    assert text.count("never run") == bool(tried)
 
 
-def test_the_reason_names_a_section_that_is_there() -> None:
+def test_each_platform_says_what_was_tried_and_has_a_section() -> None:
     page = (ROOT / "docs" / "measurements" / "packages.md").read_text(encoding="utf-8")
-    assert "\n## macOS\n" in page
+    for platform in cross.PLATFORMS.values():
+        assert "never run" in platform.tried
+    assert "\n## Windows, by Wine\n" in page and "\n## macOS\n" in page
