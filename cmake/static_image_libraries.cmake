@@ -26,6 +26,11 @@ if(CMAKE_CROSSCOMPILING)
     "${OPENIMAGEIO_INCLUDE_DIR}" $<TARGET_PROPERTY:Imath::Imath,INTERFACE_INCLUDE_DIRECTORIES>)
   target_compile_definitions(selenite_uncalled PRIVATE OIIO_STATIC_DEFINE=1 BOOST_THREAD_NO_LIB BOOST_THREAD_USE_LIB)
   target_compile_features(selenite_uncalled PRIVATE cxx_std_20)
+  if(APPLE)  # its names are declared as seen by all, as those of the libraries were
+    find_package(Python COMPONENTS Interpreter REQUIRED)
+    add_custom_command(TARGET selenite_uncalled POST_BUILD VERBATIM
+      COMMAND "${Python_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/devtools/mach_o.py" $<TARGET_FILE:selenite_uncalled>)
+  endif()
   target_link_libraries(selenite_image_libraries INTERFACE selenite_uncalled $<$<BOOL:${WIN32}>:psapi>)
 else()
   find_library(library_boost_thread NAMES libboost_thread.a REQUIRED)

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import cross
+import mach_o
 from process import JOBS, ROOT, Failed, digest, is_stamped, run, say, write_stamp
 
 CACHE = cross.CACHE / "static"
@@ -368,6 +369,9 @@ def prefix(platform: cross.Platform | None = None) -> Path:
         stamp = place.folder / "stamps" / library.name
         if not is_stamped(stamp, key):
             _build(library, place)
+            if platform is cross.MACOS:
+                for archive in sorted((place.prefix / "lib").glob("*.a")):
+                    mach_o.hide_names(archive)
             write_stamp(stamp, key)
         before = before if alone else key
     if platform is None:

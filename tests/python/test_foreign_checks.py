@@ -87,12 +87,12 @@ def test_a_module_for_macos_stands_for_itself_and_names_the_oldest_that_blender_
         "names": "_PyInit__core\n", "oldest": "11.0", "signature": "LC_CODE_SIGNATURE",
         "processor": "ARM64", "taken": "_Py_IncRef",
     }  # fmt: skip
-    told = usual | changes
-    commands = COMMANDS.format(told["oldest"], told["signature"])
+    shown = usual | changes
+    commands = COMMANDS.format(shown["oldest"], shown["signature"])
     listing(monkeypatch, {
-        "--extern-only": told["names"],
-        "--macho": commands.replace("ARM64", told["processor"]),
-        "--undefined-only": LOOKED_UP.format(told["taken"]),
+        "--extern-only": shown["names"],
+        "--macho": commands.replace("ARM64", shown["processor"]),
+        "--undefined-only": LOOKED_UP.format(shown["taken"]),
     })  # fmt: skip
     faults = checks.faults_of_macos_module(Path("_core.cpython-311-darwin.so"))
     assert len(faults) == bool(fault)

@@ -13,6 +13,13 @@
 namespace selenite {
 namespace {
 
+// A build without the kernel of lanes has no function of it to link.
+#if defined(SELENITE_LANES)
+constexpr bool kHasKernel = true;
+#else
+constexpr bool kHasKernel = false;
+#endif
+
 /// Every pixel is finished by one thread from its own random numbers, so the result does not depend
 /// on the threads.
 template <int L, class RenderTile>
@@ -38,8 +45,9 @@ bool render_all_by_lanes(const Scene& scene, const Camera& camera, const SlotLay
                          const RenderSettings& settings, Progress* progress, Film& film) {
   const Prepared<L> prepared(scene, layout);
   if (!lanes_obstacle(prepared).empty()) return false;
-  render_tiles(prepared, camera, settings, progress, film, render_tile_by_lanes<L>);
-  return true;
+  if constexpr (kHasKernel)
+    render_tiles(prepared, camera, settings, progress, film, render_tile_by_lanes<L>);
+  return kHasKernel;
 }
 
 bool render_by_lanes(const Scene& scene, const Camera& camera, const SlotLayout& layout, int local,
