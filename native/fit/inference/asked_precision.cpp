@@ -18,7 +18,7 @@ Vector samples_factors(const Unknowns& unknowns, const Vector& x,
   Vector factors = Vector::Zero(x.size());
   for (Eigen::Index k = 0; k < x.size(); ++k) {
     const Confidence& one = components[static_cast<std::size_t>(k)];
-    if (!one.determined || one.at_bound != AtBound::kNo) continue;
+    if (!one.determined) continue;
     const double range = unknowns.maximum()[k] - unknowns.minimum()[k];
     const bool by_ratio = unknowns.description_of(static_cast<int>(k)).scale == Scale::kLog;
     const double asked = share * std::max(by_ratio ? 0.0 : range, kOfValue * std::abs(x[k]));

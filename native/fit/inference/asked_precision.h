@@ -11,7 +11,7 @@ namespace selenite {
 /// By what factor the samples behind the intervals of `components` must grow until each is as narrow as
 /// asked: half of it at most `share` of the distance of the bounds, or twice that of the value at `x`.
 /// The bounds of a logarithmic value say nothing of how well it should be known. At most 1: it is.
-/// 0 where the photos do not determine a component, or a bound holds it.
+/// 0 where the photos do not determine a component.
 ///
 /// Intervals are taken to narrow with the root of the samples. Noise of the photos and model errors do
 /// not, so no factor is too large for what it leaves out; instruments that are still noisy narrow faster.

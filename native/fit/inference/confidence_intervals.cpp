@@ -13,6 +13,11 @@
 namespace selenite {
 namespace {
 
+/// Of a normal distribution with this interval.
+double error_of(const std::array<double, 2>& interval) {
+  return (interval[1] - interval[0]) / (2 * kQuantile90);
+}
+
 /// What the solution says about component k, the `at`-th free one.
 Confidence confidence(const ExpansionPoint& point, const NormalSolution& solution, Eigen::Index at,
                       Eigen::Index k) {
@@ -23,8 +28,10 @@ Confidence confidence(const ExpansionPoint& point, const NormalSolution& solutio
   one.interval = point.values_between(k, step - kQuantile90 * error, step + kQuantile90 * error);
   if (point.is_roughness(k))
     extend_roughness_interval(point, k, end, kQuantile90 * error, one.interval);
-  one.standard_error = one.by_slope =
-      error * reparametrization.slope(k, reparametrization.to_value(k, end));
+  one.by_slope = error * reparametrization.slope(k, reparametrization.to_value(k, end));
+  // Next to 0 the slope of a roughness says far more than the interval allows.
+  one.standard_error =
+      point.is_roughness(k) ? std::min(one.by_slope, error_of(one.interval)) : one.by_slope;
   one.determined = error < point.options.undetermined * point.range(k);
   if (to <= reparametrization.minimum()[k]) one.at_bound = AtBound::kMinimum;
   if (to >= reparametrization.maximum()[k]) one.at_bound = AtBound::kMaximum;
@@ -197,7 +204,7 @@ void contain(const Unknowns& unknowns, const Reparametrization& reparametrizatio
     const double error =
         (reparametrization.from_value(k, high) - reparametrization.from_value(k, low)) /
         (2 * kQuantile90);
-    one.standard_error = std::max(one.standard_error, (high - low) / (2 * kQuantile90));
+    one.standard_error = std::max(one.standard_error, error_of(one.interval));
     if (error >= options.undetermined * point.range(k)) one.determined = false;
     if (unknowns.minimum()[k] < x[k] && x[k] < unknowns.maximum()[k]) one.at_bound = AtBound::kNo;
   }

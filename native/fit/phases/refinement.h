@@ -17,9 +17,9 @@ struct RefinementOptions {
   double precision = 0;
   /// Samples beyond those that a precision needs by the last pass, whose interval is noisy itself.
   double margin = 1.2;
-  /// By how much more than 1 / root(samples) an interval may narrow until it is given up: its instruments
-  /// become better too. In samples.
-  double hope = 2;
+  /// What all samples would leave wider than asked by the root of this is given up. Less is a reason to
+  /// go on: the interval is far narrower than that of few samples, and instruments become better too.
+  double hope = 16;
   double converged_sigmas =
       kCertainSigmas;  ///< a longer step, in standard deviations: x was not there yet
   /// Share of the longest step within which a linear step is as good as a pass at its end.
