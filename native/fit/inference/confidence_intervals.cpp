@@ -30,8 +30,8 @@ Confidence confidence(const ExpansionPoint& point, const NormalSolution& solutio
     extend_roughness_interval(point, k, end, kQuantile90 * error, one.interval);
   one.by_slope = error * reparametrization.slope(k, reparametrization.to_value(k, end));
   // Next to 0 the slope of a roughness says far more than the interval allows.
-  one.standard_error = point.is_roughness(k) ? std::min(one.by_slope, error_of(one.interval))
-                                             : one.by_slope;
+  one.standard_error =
+      point.is_roughness(k) ? std::min(one.by_slope, error_of(one.interval)) : one.by_slope;
   one.determined = error < point.options.undetermined * point.range(k);
   if (to <= reparametrization.minimum()[k]) one.at_bound = AtBound::kMinimum;
   if (to >= reparametrization.maximum()[k]) one.at_bound = AtBound::kMaximum;
