@@ -9,9 +9,9 @@ by a colour map; by map and roughness; by vertices and map; and a scaled sphere 
 colour and roughness. Shape comes before colours, then all take turns: see docs/guide/shape.md.
 
 A row each: mean distance of vertices from the true surface before and after, as a share of the
-diagonal of its bounding box; faces that are turned over; PSNR of texels or vertex colours where the
-photos see them; the error of a ninth photo, as a share of its brightness; seconds of CPU for an
-iteration.
+diagonal of its bounding box; faces that are turned over; PSNR of a map by places of the surface, or
+of vertex colours, where the photos see them; the error of a ninth photo, as a share of its
+brightness; seconds of CPU for an iteration.
 """
 
 from __future__ import annotations
@@ -45,7 +45,16 @@ _PAINTED, _PLAIN = 512, 0.5  # texels along the true map; a start's grey
 _ROUGHNESS = 0.35
 _VERTICES = "Body:vertex_positions"
 _MAP = "Body:base_color_texture"
+_PLACES, _SEEN = 20_000, 0.2  # where a map is compared; of coverage
 _COLORS = "Body:vertex_colors"
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """faces (t, 3): vertices of triangles; uv (t, 3, 2): the map's places at their corners."""
+
+    faces: np.ndarray
+    uv: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -135,6 +144,13 @@ def _noise(vertices: np.ndarray, faces: np.ndarray, share: float) -> np.ndarray:
         found = sums / counts[:, None]
     size = np.linalg.norm(np.ptp(vertices, axis=0))
     return found * (share * size / np.linalg.norm(found, axis=1).mean())
+
+
+def _uv_of(mesh: Any, faces: np.ndarray) -> np.ndarray:  # noqa: ANN401
+    """Of its triangles, (t, 3, 2)."""
+    flat = np.zeros(6 * len(faces), np.float32)
+    mesh.uv_layers.active.data.foreach_get("uv", flat)
+    return flat.reshape(-1, 3, 2)
 
 
 def _scene(mesh: Any, row: Row, height: int) -> Any:  # noqa: ANN401
@@ -227,16 +243,42 @@ def turned(points: np.ndarray, vertices: np.ndarray, faces: np.ndarray) -> int:
     return int(((doubled(points) * doubled(vertices)).sum(1) <= 0).sum())
 
 
-def texel_psnr(folder: Path, row: dict[str, Any]) -> float:
-    """In dB, of texels that the photos see, in linear light."""
+def _looked_up(image: np.ndarray, uv: np.ndarray) -> np.ndarray:
+    """The texel at each place, (n, channels)."""
+    rows, columns = image.shape[:2]
+    column = np.clip((uv[:, 0] * columns).astype(int), 0, columns - 1)
+    row = np.clip(((1 - uv[:, 1]) * rows).astype(int), 0, rows - 1)
+    return image[row, column]
+
+
+def map_psnr(
+    folder: Path, row: dict[str, Any], mesh: Mapped, after: np.ndarray, true: np.ndarray
+) -> float:
+    """In dB, in linear light, where the photos see the fitted surface. A place on it is compared
+    with the nearest one on the true surface: a map that slides along a surface with its vertices
+    shows the same picture, so texels alone cannot be compared.
+    """
     found = native.image().read(str(folder / row["files"][0]))[0]
-    coverage = native.image().read(str(folder / row["files"][1]))[0][..., 0]
-    rows, columns = found.shape[:2]
-    u = (np.arange(columns) + 0.5) / columns
-    v = 1 - (np.arange(rows) + 0.5) / rows
-    wanted = _pattern(*np.meshgrid(u, v))
-    seen = coverage > 0.2
-    return float(-10 * np.log10(np.mean((found - wanted)[seen].astype(float) ** 2)))
+    coverage = native.image().read(str(folder / row["files"][1]))[0]
+    tree = BVHTree.FromPolygons(true.tolist(), mesh.faces.tolist())
+    random = np.random.default_rng(3)
+    sides = [after[mesh.faces[:, k]] - after[mesh.faces[:, 0]] for k in (1, 2)]
+    areas = np.linalg.norm(np.cross(*sides), axis=1)
+    face = random.choice(len(areas), _PLACES, p=areas / areas.sum())
+    share = random.dirichlet(np.ones(3), _PLACES)
+    places = np.einsum("pk,pkx->px", share, after[mesh.faces[face]])
+    uv = np.einsum("pk,pkx->px", share, mesh.uv[face])
+    wanted = []
+    for place in places:
+        nearest, _, index, _ = tree.find_nearest(Vector(place))
+        corners = true[mesh.faces[index]]
+        weights = np.linalg.lstsq(
+            np.vstack([corners.T, np.ones(3)]), np.append(nearest, 1), rcond=None
+        )[0]
+        wanted.append(weights @ mesh.uv[index])
+    gap = _looked_up(found, uv) - _pattern(*np.array(wanted).T)
+    seen = _looked_up(coverage, uv)[:, 0] > _SEEN
+    return float(-10 * np.log10(np.mean(gap[seen].astype(float) ** 2)))
 
 
 def color_psnr(folder: Path, row: dict[str, Any], wanted: np.ndarray) -> float:
@@ -283,6 +325,7 @@ def examine(name: str, options: argparse.Namespace, more: list[str], folder: Pat
     made.socket(body, "roughness").default_value = row.roughness
     if row.mapped or "Body:base_color" in row.fits:
         made.socket(body, "base_color").default_value = (_PLAIN, _PLAIN, _PLAIN, 1)
+    uv = _uv_of(item.data, faces) if row.mapped else np.zeros(0)
     scene = photos / "start.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(scene))
     words = [word for fitted in row.fits for word in ("--fit", fitted)]
@@ -297,7 +340,9 @@ def examine(name: str, options: argparse.Namespace, more: list[str], folder: Pat
     )  # fmt: skip
     out = Path(result["folder"])
     after = np.load(out / "Body_vertex_positions.npy") if _VERTICES in row.fits else start
-    psnr = texel_psnr(out, result["parameters"][_MAP]) if row.mapped else math.nan
+    psnr = math.nan
+    if row.mapped:
+        psnr = map_psnr(out, result["parameters"][_MAP], Mapped(faces, uv), after, true)
     if row.painted:
         psnr = color_psnr(out, result["parameters"][_COLORS], _colors(true))
     shown = photos / "unseen.exr"

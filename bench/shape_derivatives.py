@@ -161,6 +161,7 @@ def examine(name: str, options: argparse.Namespace, folder: Path) -> list[str]:
         item.data.vertices.foreach_set("co", moved.astype(np.float32).ravel())
         item.data.update()
         set_comparison(bpy.context.scene, options.cycles_samples, seed=seed)
+        bpy.context.scene.cycles.max_bounces = options.depth - 1  # it sets as many as there are
         bpy.context.scene.render.filepath = str(folder / "moved.exr")
         bpy.ops.render.render(write_still=True)
         return float(native.image().read(str(folder / "moved.exr"))[0].mean())

@@ -92,16 +92,17 @@ std::vector<int> joined_vertices(const VertexMatrix& positions) {
   return joined;
 }
 
-int crossings(const VertexMatrix& positions, const std::vector<Triangle>& triangles,
-              const std::vector<int>& joined) {
-  if (triangles.empty()) return 0;
+std::vector<Crossing> crossings(const VertexMatrix& positions,
+                                const std::vector<Triangle>& triangles,
+                                const std::vector<int>& joined) {
+  if (triangles.empty()) return {};
   const std::vector<std::array<int, 2>> edges = edges_of(triangles);
   double sum = 0;
   for (const auto& [a, b] : edges) sum += (positions.row(a) - positions.row(b)).norm();
   constexpr double kMostCells = 128;  // along the mesh: one large face touches all of them
   const double size = (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
   const double side = std::max(sum / static_cast<double>(edges.size()), size / kMostCells);
-  if (!(side > 0)) return 0;
+  if (!(side > 0)) return {};
   const Cells cells(positions, side);
   std::unordered_map<std::int64_t, std::vector<int>> inside;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
@@ -110,14 +111,14 @@ int crossings(const VertexMatrix& positions, const std::vector<Triangle>& triang
     cells.for_each(pa.cwiseMin(pb).cwiseMin(pc), pa.cwiseMax(pb).cwiseMax(pc),
                    [&](std::int64_t cell) { inside[cell].push_back(static_cast<int>(i)); });
   }
-  int count = 0;
+  std::vector<Crossing> found;
   std::vector<int> near;
   for (const auto& [from, to] : edges) {
     const Eigen::RowVector3d pa = positions.row(from), pb = positions.row(to);
     near.clear();
     cells.for_each(pa.cwiseMin(pb), pa.cwiseMax(pb), [&](std::int64_t cell) {
-      if (const auto found = inside.find(cell); found != inside.end())
-        near.insert(near.end(), found->second.begin(), found->second.end());
+      if (const auto here = inside.find(cell); here != inside.end())
+        near.insert(near.end(), here->second.begin(), here->second.end());
     });
     std::ranges::sort(near);
     near.erase(std::unique(near.begin(), near.end()), near.end());
@@ -128,11 +129,12 @@ int crossings(const VertexMatrix& positions, const std::vector<Triangle>& triang
         return std::ranges::any_of(t, [&](int v) { return at(v) == at(vertex); });
       };
       if (meets(from) || meets(to)) continue;
-      count += cross_each_other(row(positions, from), row(positions, to), row(positions, t[0]),
-                                row(positions, t[1]), row(positions, t[2]));
+      if (cross_each_other(row(positions, from), row(positions, to), row(positions, t[0]),
+                           row(positions, t[1]), row(positions, t[2])))
+        found.push_back({{from, to}, t});
     }
   }
-  return count;
+  return found;
 }
 
 FaceGuard::FaceGuard(std::vector<Triangle> triangles, const VertexNormals& normals,
@@ -145,17 +147,23 @@ FaceGuard::FaceGuard(std::vector<Triangle> triangles, const VertexNormals& norma
 
 void FaceGuard::set(const VertexMatrix& positions) {
   faces_ = faces_of(positions);
-  crossings_ = crossings(positions, triangles_, joined_);
+  crossing_edges_.clear();
+  crossed_triangles_.clear();
+  for (const Crossing& one : crossings(positions, triangles_, joined_)) {
+    crossing_edges_.insert(one.edge);
+    crossed_triangles_.insert(one.triangle);
+  }
 }
 
 FaceGuard::Verdict FaceGuard::move_to(const VertexMatrix& positions) {
-  Faces faces = faces_of(positions);
-  if (!turned(faces).empty()) return Verdict::kTurned;
-  const int count = crossings(positions, triangles_, joined_);
-  if (count > crossings_) return Verdict::kCrossed;
-  faces_ = std::move(faces);
-  crossings_ = count;
+  if (!turned(faces_of(positions)).empty()) return Verdict::kTurned;
+  if (!crossing(positions).empty()) return Verdict::kCrossed;
+  set(positions);
   return Verdict::kGood;
+}
+
+bool FaceGuard::may_cross(const Crossing& one) const {
+  return crossing_edges_.contains(one.edge) || crossed_triangles_.contains(one.triangle);
 }
 
 FaceGuard::Faces FaceGuard::faces_of(const VertexMatrix& positions) const {
@@ -185,12 +193,29 @@ std::vector<std::size_t> FaceGuard::turned(const Faces& faces) const {
 }
 
 std::vector<int> FaceGuard::turning(const VertexMatrix& positions) const {
-  std::vector<int> vertices;
+  std::set<int> vertices;
   for (const std::size_t i : turned(faces_of(positions)))
-    vertices.insert(vertices.end(), triangles_[i].begin(), triangles_[i].end());
-  std::ranges::sort(vertices);
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-  return vertices;
+    vertices.insert(triangles_[i].begin(), triangles_[i].end());
+  return {vertices.begin(), vertices.end()};
+}
+
+std::vector<int> FaceGuard::around(const std::vector<int>& vertices) const {
+  const std::set<int> inner(vertices.begin(), vertices.end());
+  std::set<int> found = inner;
+  for (const Triangle& t : triangles_)
+    if (std::ranges::any_of(t, [&](int v) { return inner.contains(v); }))
+      found.insert(t.begin(), t.end());
+  return {found.begin(), found.end()};
+}
+
+std::vector<int> FaceGuard::crossing(const VertexMatrix& positions) const {
+  std::set<int> vertices;
+  for (const Crossing& one : crossings(positions, triangles_, joined_)) {
+    if (may_cross(one)) continue;
+    vertices.insert(one.edge.begin(), one.edge.end());
+    vertices.insert(one.triangle.begin(), one.triangle.end());
+  }
+  return {vertices.begin(), vertices.end()};
 }
 
 }  // namespace selenite

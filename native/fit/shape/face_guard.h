@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <set>
 #include <vector>
 
 #include "fit/shape/mesh_smoothing.h"
@@ -12,13 +13,21 @@ namespace selenite {
 /// The first vertex at the place of each: where a mesh is cut along a seam, several are one.
 std::vector<int> joined_vertices(const VertexMatrix& positions);
 
-/// How many pairs of an edge and a triangle of a mesh, without a common vertex, cross each other.
-/// `joined`: see above, of the mesh as it was before seams may have opened.
-int crossings(const VertexMatrix& positions, const std::vector<std::array<int, 3>>& triangles,
-              const std::vector<int>& joined);
+/// An edge of a mesh that goes through a triangle.
+struct Crossing {
+  std::array<int, 2> edge{};
+  std::array<int, 3> triangle{};
+};
+
+/// Those of edges and triangles without a common vertex. `joined`: see above, of the mesh as it was
+/// before seams may have opened.
+std::vector<Crossing> crossings(const VertexMatrix& positions,
+                                const std::vector<std::array<int, 3>>& triangles,
+                                const std::vector<int>& joined);
 
 /// Watches over the faces of a mesh that moves: none may turn over, and no surface go through another.
-/// What the mesh has of both at its start may stay.
+/// What the mesh has of both at its start may stay: an edge that goes through the surface may go
+/// through another triangle of it.
 class FaceGuard {
  public:
   FaceGuard(std::vector<std::array<int, 3>> triangles, const VertexNormals& normals,
@@ -29,6 +38,10 @@ class FaceGuard {
   Verdict move_to(const VertexMatrix& positions);
   /// Vertices of the faces that a way there would turn over.
   std::vector<int> turning(const VertexMatrix& positions) const;
+  /// Those of edges and triangles that a way there would lead through each other.
+  std::vector<int> crossing(const VertexMatrix& positions) const;
+  /// The vertices of all faces that have one of these.
+  std::vector<int> around(const std::vector<int>& vertices) const;
   /// Without a check.
   void set(const VertexMatrix& positions);
 
@@ -40,13 +53,15 @@ class FaceGuard {
   };
   Faces faces_of(const VertexMatrix& positions) const;
   std::vector<std::size_t> turned(const Faces& faces) const;
+  bool may_cross(const Crossing& one) const;
 
   std::vector<std::array<int, 3>> triangles_;
   std::vector<int> joined_;
   const VertexNormals* normals_;
   Faces faces_;
   std::vector<double> least_;  ///< cosine of each face
-  int crossings_ = 0;
+  std::set<std::array<int, 2>> crossing_edges_;      ///< of the positions before
+  std::set<std::array<int, 3>> crossed_triangles_;
 };
 
 }  // namespace selenite

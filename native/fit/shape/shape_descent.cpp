@@ -53,6 +53,10 @@ double mean_square(const Picture& picture, const Photo& photo) {
 
 /// Of the smoothness, after a quarter of a fit: the shape of the whole comes first, then details.
 constexpr double kFinerSmoothness = 0.15;
+/// In standard errors of the difference: the steps are too long then, or the moments mislead.
+constexpr double kSurelyWorse = 2;
+/// Of the share of a step that is taken: where it led to worse vertices, and to better ones.
+constexpr double kShrinkage = 0.5, kGrowth = 1.5;
 
 MeshSmoothing smoothing_of(const Scene& scene, int instance, double smoothness) {
   const Mesh& mesh = mesh_of(scene, instance);
@@ -73,6 +77,7 @@ ShapeDescent::ShapeDescent(const FitRun& run, ShapeDescentOptions options)
              as_matrix(mesh_of(start_, vertices_.instance).positions)),
       positions_(as_matrix(mesh_of(start_, vertices_.instance).positions)),
       coordinates_(smoothing_.apply(positions_)),
+      best_(positions_),
       mean_(VertexMatrix::Zero(positions_.rows(), 3)),
       squares_(mean_) {
   const UnknownParameter& unknown = problem_->fields().wanted().front();
@@ -159,27 +164,43 @@ void ShapeDescent::observe_outline(FitRun& run, const Scene& here, std::size_t i
   add(found.vertices, 1.0 / static_cast<double>(problem_->photos().size()), gradient);
 }
 
-void ShapeDescent::validate(FitRun& run, HistoryRow& row) const {
+bool ShapeDescent::validate(FitRun& run, HistoryRow& row) {
   const Validation found = run.validate(run.point);
   if (!run.best.has_start()) run.best.note_start(found);
   run.best.note(row, found, run.result);
+  if (run.result.best_iteration == row.iteration) {
+    best_ = positions_;
+    share_ = std::min(1.0, share_ * kGrowth);
+  }
+  return is_worse(found, run.best.validation(), kSurelyWorse);
+}
+
+void ShapeDescent::return_to_best() {
+  share_ *= kShrinkage;
+  positions_ = best_;
+  coordinates_ = smoothing_.apply(positions_);
+  mean_.setZero();
+  guard_.set(positions_);
 }
 
 bool ShapeDescent::step(FitRun& run) {
   const FitSettings& settings = problem_->settings();
   VertexMatrix gradient;
   HistoryRow row = observe(run, gradient);
-  if (done_ % settings.validation_interval == 0) validate(run, row);
+  const bool worse = done_ % settings.validation_interval == 0 && validate(run, row);
   run.result.history.push_back(std::move(row));
   if (run.stop_if_dropped()) return false;
-  move(gradient, run.result.shape_steps);
+  if (worse)
+    return_to_best();
+  else
+    move(gradient, run.result.shape_steps);
   run.point.fields[0] = own_positions();
   run.result.fields_last = std::make_shared<FieldValues>(run.point.fields);
   run.result.iterations = ++done_;
   return done_ < settings.iterations || finish(run);
 }
 
-bool ShapeDescent::finish(FitRun& run) const {
+bool ShapeDescent::finish(FitRun& run) {
   HistoryRow row = run.row(run.point);
   validate(run, row);
   row.loss = row.validation;
@@ -194,6 +215,7 @@ void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
     coordinates_ = smoothing_.apply(positions_);
     mean_.setZero();
     squares_.setZero();
+    share_ = 1;
   }
   const int seen = done_ < coarse ? done_ : done_ - coarse;
   const VertexMatrix smooth = smoothing_.solve(gradient);
@@ -206,7 +228,7 @@ void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
   const double turn = std::cos(std::numbers::pi * done_ / problem_->settings().iterations);
   const double rate = problem_->fields().wanted().front().learning_rate;
   const double length =
-      size_ * rate * (options_.last_step + (1 - options_.last_step) * (1 + turn) / 2);
+      share_ * size_ * rate * (options_.last_step + (1 - options_.last_step) * (1 + turn) / 2);
   const VertexMatrix way = mean_ * (-length / (first * typical));
   const double farthest =
       (smoothing_.solve(coordinates_ + way) - positions_).rowwise().norm().maxCoeff();
@@ -218,7 +240,7 @@ void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
       there.col(axis) = there.col(axis)
                             .cwiseMax(low_[static_cast<std::size_t>(axis)])
                             .cwiseMin(high_[static_cast<std::size_t>(axis)]);
-    turned = hold_back(there) || turned;
+    hold_back(there, turned, crossed);
     const FaceGuard::Verdict verdict = guard_.move_to(there);
     turned = turned || verdict == FaceGuard::Verdict::kTurned;
     crossed = crossed || verdict == FaceGuard::Verdict::kCrossed;
@@ -235,18 +257,23 @@ void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
   mean_.setZero();  // what led here leads nowhere
 }
 
-bool ShapeDescent::hold_back(VertexMatrix& there) const {
-  bool any = false;
-  for (int round = 0; round <= 2 * options_.halvings; ++round) {
-    const std::vector<int> stopped = guard_.turning(there);
-    if (stopped.empty()) break;
-    any = true;
+void ShapeDescent::hold_back(VertexMatrix& there, bool& turned, bool& crossed) const {
+  for (int round = 0; round <= 4 * options_.halvings; ++round) {
+    std::vector<int> stopped = guard_.turning(there);
+    turned = turned || !stopped.empty();
+    if (stopped.empty()) {
+      stopped = guard_.crossing(there);
+      crossed = crossed || !stopped.empty();
+    }
+    if (stopped.empty()) return;
+    const bool all_stay = std::ranges::all_of(
+        stopped, [&](int v) { return there.row(v) == positions_.row(v); });
+    if (all_stay) stopped = guard_.around(stopped);  // a face turns from what surrounds it, too
     for (const int v : stopped)
       there.row(v) = round < options_.halvings
                          ? Eigen::RowVector3d((there.row(v) + positions_.row(v)) / 2)
                          : Eigen::RowVector3d(positions_.row(v));
   }
-  return any;
 }
 
 double ShapeDescent::fraction() const {
@@ -255,7 +282,7 @@ double ShapeDescent::fraction() const {
 
 void ShapeDescent::members(SavedState& state) {
   const Eigen::Index count = positions_.rows();
-  state(positions_, coordinates_, mean_, squares_, brightness_, done_);
+  state(positions_, coordinates_, best_, mean_, squares_, brightness_, done_, share_);
   if (positions_.rows() != count)
     throw Refused("",
                   "The saved state is of a mesh with " + std::to_string(positions_.rows()) +

@@ -30,7 +30,8 @@ struct ShapeDescentOptions {
 
 /// Moves the vertices of an object until renders match photos: descent with large steps, in which all
 /// vertices share one second moment, and none goes farther than the length of a step. Vertices
-/// whose faces would turn over are held back; a step through another surface is shortened.
+/// whose faces would turn over or go through another surface are held back. Where photos are
+/// explained worse than before, the best vertices are taken again, with shorter steps.
 ///
 /// Source: Nicolet, Jacobson, Jakob 2021, "Large Steps in Inverse Rendering of Geometry".
 class ShapeDescent final : public Phase {
@@ -53,12 +54,14 @@ class ShapeDescent final : public Phase {
   /// Adds the gradient by the outline in a photo, where its masks say what it should be.
   void observe_outline(FitRun& run, const Scene& here, std::size_t photo, const Evaluation& how,
                        VertexMatrix& gradient) const;
-  void validate(FitRun& run, HistoryRow& row) const;
-  bool finish(FitRun& run) const;
+  /// Whether the present vertices explain the photos worse than the best ones.
+  bool validate(FitRun& run, HistoryRow& row);
+  bool finish(FitRun& run);
+  void return_to_best();
   /// Along the smoothed gradient, as far as no face turns over.
   void move(const VertexMatrix& gradient, ShapeSteps& steps);
-  /// Vertices of faces that turn over go less far, or stay; whether there were any.
-  bool hold_back(VertexMatrix& there) const;
+  /// Vertices of faces that turn over or go through others go less far, or stay.
+  void hold_back(VertexMatrix& there, bool& turned, bool& crossed) const;
   Scene scene() const;
   /// In the object's own space, as a field holds them.
   Vector own_positions() const;
@@ -72,9 +75,10 @@ class ShapeDescent final : public Phase {
   std::array<double, 3> low_{}, high_{};  ///< that no vertex leaves
   double size_ = 0;                       ///< diagonal of the box at the start
 
-  VertexMatrix positions_, coordinates_;
+  VertexMatrix positions_, coordinates_, best_;
   VertexMatrix mean_, squares_;     ///< moments of the gradient
   std::vector<double> brightness_;  ///< mean square, of each photo or its first picture
+  double share_ = 1;  ///< of a step that is taken
   int done_ = 0;
 };
 
