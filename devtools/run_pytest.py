@@ -4,6 +4,7 @@
 import sys
 
 import pytest
+
 from selenite.process_end import end_process
 
 if __name__ == "__main__":  # processes that tests start import this file as well

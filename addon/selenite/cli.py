@@ -39,11 +39,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     Without `argv` it is the whole process: file descriptor 1 is kept for the JSON object, since
     Blender prints to it, and the process ends here, since bpy can hang in its own destructors.
     """
-    if argv is not None:
-        return _run(argv, sys.stdout)
-    status = run_as_process(sys.argv[1:])
-    _remove_session()
-    end_process(status)
+    if argv is None:
+        status = run_as_process(sys.argv[1:])
+        _remove_session()
+        end_process(status)
+    return _run(argv, sys.stdout)
 
 
 def _remove_session() -> None:

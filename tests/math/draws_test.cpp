@@ -18,8 +18,8 @@ void expect(Normal<T> normal, const std::vector<T>& known) {
 // As std::normal_distribution of GNU's library draws them.
 TEST(Draws, OfANormalDistributionAreTheSameWithEveryLibrary) {
   expect(Normal<float>(0.5f, 0.1f), {0.50996435f, 0.51114941f, 0.44437128f, 0.38026959f});
-  expect(Normal<double>(), {0.10779446491934412, -0.030636274259069458, -0.19970652250066045,
-                            -0.79326673457454833});
+  expect(Normal<double>(),
+         {0.10779446491934412, -0.030636274259069458, -0.19970652250066045, -0.79326673457454833});
 }
 
 }  // namespace
