@@ -302,14 +302,14 @@ Eigen::VectorXf FieldGaussNewton::leverage(const CellMatrix& jacobian,
 /// The trace of that matrix counts the degrees of freedom that texels take from the residuals.
 double FieldGaussNewton::remaining_variance(const CellMatrix& jacobian, const NormalMatrix& normal,
                                             const Eigen::VectorXf& residual) const {
-  Eigen::MatrixXf sides(residual.size(), 1 + options_.trace_probes);
-  sides << residual, signs(residual.size(), options_.trace_probes);
+  Eigen::MatrixXf sides(residual.size(), 1 + options_.probes);
+  sides << residual, signs(residual.size(), options_.probes);
   const Eigen::MatrixXd seen = jacobian.transposed_times(sides).cast<double>();
   const Eigen::MatrixXf explained = jacobian.times(normal.solve(seen).cast<float>());
   const auto probed = Eigen::seq(1, Eigen::last);
   const double trace =
       sides(Eigen::all, probed).cwiseProduct(explained(Eigen::all, probed)).cast<double>().sum() /
-      options_.trace_probes;
+      options_.probes;
   const double left = static_cast<double>((residual.array() != 0).count()) - trace;
   return (residual - explained.col(0)).cast<double>().squaredNorm() / std::max(left, 1.0);
 }

@@ -36,9 +36,8 @@ struct FieldGaussNewtonOptions {
   float least_share = 0.1f;
   int groups = 4;
   int variance_rounds =
-      2;  ///< of the variance of residuals, which depends on the prior's part in them
-  /// Random vectors that measure how many residuals texels take up, and of each residual how much.
-  int trace_probes = 2, probes = 8;
+      2;           ///< of the variance of residuals, which depends on the prior's part in them
+  int probes = 8;  ///< random vectors that measure how many residuals texels take up
   double most_leverage = 0.9;  ///< share of a residual that texels may take up
   double jacobian_kept =
       0.9;  ///< share of a Jacobian that each iteration keeps: it changes with voxels
