@@ -105,8 +105,9 @@ TEST(NormalMatrix, ASparseOneIsSolvedAsADenseOne) {
   auto whole = std::make_shared<Precision>();
   whole->dense =
       Eigen::MatrixXd(precision->sparse) - precision->level * precision->level.transpose();
-  sparse.add(0.2, precision, 0.01);
-  dense.add(0.2, whole, 0.01);
+  const Eigen::VectorXd damping = Eigen::VectorXd::LinSpaced(kColumns, 0.01, 0.03);
+  sparse.add(0.2, precision, damping);
+  dense.add(0.2, whole, damping);
   const Eigen::MatrixXd right = one.any(kColumns, 3).cast<double>();
   const Eigen::MatrixXd wanted = dense.solve(right);
   EXPECT_LT((sparse.solve(right) - wanted).norm(), 1e-3 * wanted.norm());

@@ -69,7 +69,7 @@ FitSettings settings_for(int iterations) {
 TEST(UnknownEnvironment, LooksAlikeToItsPriorHoweverItIsTurned) {
   const Scene scene = stage(0.4, even(1));
   const Fields fields(scene, {kWanted[1]});
-  FieldPrior prior(fields);
+  FieldPrior prior(fields, FieldNumbers(fields, 1));
   prior.begin(fields.start()[0]);
   const Eigen::MatrixXd& precision = prior.precision()->dense;
   const auto between = [&](int y, int x, int other_y, int other_x) {
@@ -85,7 +85,8 @@ TEST(UnknownEnvironment, LooksAlikeToItsPriorHoweverItIsTurned) {
 TEST(UnknownEnvironment, ASavedPriorComesBack) {
   const Scene scene = stage(0.4, even(1));
   const Fields fields(scene, {kWanted[1]});
-  FieldPrior prior(fields), resumed(fields);
+  const FieldNumbers numbers(fields, 1);
+  FieldPrior prior(fields, numbers), resumed(fields, numbers);
   prior.begin(fields.start()[0]);
   SavedState writing;
   prior.members(writing);
@@ -103,7 +104,7 @@ TEST(UnknownEnvironment, ASavedPriorComesBack) {
 /// Beside a lamp a pixel may differ more from its neighbours, elsewhere as much as before.
 TEST(UnknownEnvironment, ALampMayBeBrighterThanItsNeighbours) {
   const Fields fields(stage(0.4, even(1)), {kWanted[1]});
-  FieldPrior prior(fields);
+  FieldPrior prior(fields, FieldNumbers(fields, 1));
   prior.begin(fields.start()[0]);
   const Eigen::MatrixXd before = prior.precision()->dense;
   Eigen::VectorXd lit = prior.mean();

@@ -104,7 +104,8 @@ TEST_P(ImageFit, FindsTheTexels) {
   const std::vector<float> truth = {0.9f, 0.2f, 0.35f, 0.7f};
   Fit fit(board({0.5f, 0.5f, 0.5f, 0.5f}, GetParam()),
           taken_photos(board(truth, GetParam()), kSize), {texels()}, fit_settings(80));
-  EXPECT_EQ(fit.strategy().optimiser.name, "adam");
+  EXPECT_EQ(fit.strategy().optimiser.name, "gauss-newton");
+  EXPECT_TRUE(fit.strategy().joint);
   while (fit.step()) {
   }
   const FitResult& result = fit.result();

@@ -46,12 +46,12 @@ void leave_out_unread(const Photo& photo, const Evaluation& how, Film& film) {
   }
 }
 
-/// Numbers of a field belong to channels in turns.
+/// Columns of a field belong to channels in turns.
 void scale_fields(const Colorf& gain, const Photo& photo, const Fields& fields,
                   FieldJacobian& found) {
   if (gain == Colorf(1)) return;
   for (std::size_t f = 0; f < found.fields.size(); ++f) {
-    if (fields.channels(f) != 3)
+    if (found.fields[f].cols() > 0 && fields.channels(f) != 3)
       throw Refused("",
                     "Photo '" + photo.id + "' has a gain, and " + fields.names()[f] +
                         " one number for all channels",

@@ -158,18 +158,23 @@ NormalMatrix::NormalMatrix(std::shared_ptr<const CellMatrix> jacobian)
 }
 
 void NormalMatrix::add(double strength, std::shared_ptr<const Precision> precision,
-                       double damping) {
+                       const Eigen::VectorXd& damping, const NormalMatrix* like) {
   strength_ = strength;
   damping_ = damping;
   precision_ = std::move(precision);
   if (!jacobian_->is_sparse()) {
     dense_ += strength * precision_->dense;
-    dense_.diagonal().array() += damping;
+    dense_.diagonal() += damping;
     decomposed_ = std::make_shared<const Eigen::LLT<Eigen::MatrixXd>>(dense_);
     return;
   }
+  constexpr double kNear = 4;
+  if (like && strength < kNear * like->strength_ && like->strength_ < kNear * strength) {
+    preconditioner_ = like->preconditioner_;
+    return;
+  }
   Sparse sum = neighbours(jacobian_->near(), strength, precision_->sparse);
-  for (Eigen::Index q = 0; q < sum.cols(); ++q) sum.coeffRef(q, q) += damping;
+  for (Eigen::Index q = 0; q < sum.cols(); ++q) sum.coeffRef(q, q) += damping[q];
   auto preconditioner = std::make_shared<Eigen::SimplicialLDLT<Sparse>>();
   preconditioner->compute(sum);
   preconditioner_ = std::move(preconditioner);
@@ -179,7 +184,7 @@ Eigen::MatrixXd NormalMatrix::times(const Eigen::MatrixXd& x) const {
   Eigen::MatrixXd product =
       jacobian_->transposed_times(jacobian_->times(x.cast<float>())).cast<double>();
   product += strength_ * precision_->times(x);
-  product += damping_ * x;
+  product += damping_.asDiagonal() * x;
   return product;
 }
 

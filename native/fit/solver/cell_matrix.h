@@ -10,7 +10,7 @@
 
 namespace selenite {
 
-/// Derivatives of cells of pixels by the numbers of a channel: dense, or sparse with a coarse rest.
+/// Derivatives of cells of pixels by the numbers of a part of `FieldNumbers`: dense, or sparse with a coarse rest.
 ///
 /// A cell sees few texels directly, and all others a little by light between surfaces. `near` holds
 /// the texels that it sees most. `far` holds sums over groups of texels, as if the texels of a group
@@ -56,7 +56,7 @@ class CellMatrix {
   std::shared_ptr<const Groups> groups_;
 };
 
-/// What is known of the numbers of a channel beforehand: the inverse of their covariance. Dense, or
+/// What is known of such numbers beforehand: the inverse of their covariance. Dense, or
 /// `sparse` less `level` * `level`^T.
 struct Precision {
   Eigen::MatrixXd dense;
@@ -78,8 +78,9 @@ class NormalMatrix {
   /// Of J^T J alone.
   const Eigen::VectorXd& diagonal() const { return diagonal_; }
   double trace() const { return diagonal_.sum(); }
-  /// Ends the sum.
-  void add(double strength, std::shared_ptr<const Precision> precision, double damping);
+  /// Ends the sum. `like`: of another strength, whose preconditioner is taken if that is near; null: none.
+  void add(double strength, std::shared_ptr<const Precision> precision,
+           const Eigen::VectorXd& damping, const NormalMatrix* like = nullptr);
   Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;
   /// The sum, where it is dense.
   const Eigen::MatrixXd& dense() const { return dense_; }
@@ -93,7 +94,8 @@ class NormalMatrix {
   Eigen::VectorXd diagonal_;
   Eigen::MatrixXd dense_;
   std::shared_ptr<const Eigen::LLT<Eigen::MatrixXd>> decomposed_;
-  double strength_ = 0, damping_ = 0;
+  double strength_ = 0;
+  Eigen::VectorXd damping_;
   std::shared_ptr<const Precision> precision_;
   std::shared_ptr<const Eigen::SimplicialLDLT<Sparse>> preconditioner_;
 };

@@ -14,35 +14,21 @@
 namespace selenite {
 namespace {
 
-Eigen::VectorXd joined(const FieldValues& values) {
-  Eigen::Index size = 0, at = 0;
-  for (const Vector& one : values) size += one.size();
-  Eigen::VectorXd all(size);
-  for (const Vector& one : values) {
-    all.segment(at, one.size()) = one;
-    at += one.size();
-  }
-  return all;
-}
-
-/// Every third number: those of a channel.
-Eigen::VectorXd of_channel(const Eigen::VectorXd& all, int channel) {
-  return all(Eigen::seq(channel, Eigen::last, Eigen::fix<3>));
-}
-
-/// Texels of all images in squares, so many along each side of an image.
-std::shared_ptr<const CellMatrix::Groups> groups_of(const Fields& fields, int along) {
+/// Texels of all images in squares, so many along each side of an image. `kinds`: numbers or places of a texel.
+std::shared_ptr<const CellMatrix::Groups> groups_of(const FieldNumbers& numbers, int along,
+                                                    int FieldNumbers::Lattice::*kinds) {
   auto groups = std::make_shared<CellMatrix::Groups>();
-  for (std::size_t f = 0; f < fields.refs().size(); ++f) {
-    const Texture& image = *fields.image(f);
+  for (const FieldNumbers::Lattice& image : numbers.lattices()) {
     const auto first = static_cast<int>(groups->share.size());
-    groups->share.resize(groups->share.size() + static_cast<std::size_t>(along * along));
-    for (int y = 0; y < image.height(); ++y)
-      for (int x = 0; x < image.width(); ++x) {
-        const int group = first + y * along / image.height() * along + x * along / image.width();
-        groups->of.push_back(group);
-        ++groups->share[static_cast<std::size_t>(group)];
-      }
+    const int count = image.*kinds;
+    groups->share.resize(groups->share.size() + static_cast<std::size_t>(along * along * count));
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x)
+        for (int k = 0; k < count; ++k) {
+          const int square = y * along / image.height * along + x * along / image.width;
+          groups->of.push_back(first + square * count + k);
+          ++groups->share[static_cast<std::size_t>(groups->of.back())];
+        }
   }
   for (float& one : groups->share)
     if (one > 0) one = 1 / one;
@@ -83,7 +69,7 @@ int FieldGaussNewton::cell_size(const Fields& fields, const std::vector<Photo>& 
   bool environment = false;
   for (std::size_t f = 0; f < fields.refs().size(); ++f) {
     const auto* grid = std::get_if<GridRef>(&fields.refs()[f]);
-    const bool image = fields.image(f) && fields.acts_by_channel(f);
+    const bool image = fields.image(f) && (fields.acts_by_channel(f) || fields.channels(f) == 1);
     environment = environment || fields.is_environment(f);
     if (!fields.is_environment(f) && !image &&
         (!grid || grid->kind != GridKind::kAlbedo || fields.channels(f) != 3))
@@ -92,8 +78,7 @@ int FieldGaussNewton::cell_size(const Fields& fields, const std::vector<Photo>& 
     numbers += fields.start()[f].size();
   }
   if (images > 0 && images < std::ssize(fields.refs())) return 0;
-  if (numbers == 0 || numbers > (images > 0 ? 3 * options.most_texels : options.most_numbers))
-    return 0;
+  if (numbers == 0 || (images == 0 && numbers > options.most_numbers)) return 0;
   const auto cells = [&](int cell) {
     std::ptrdiff_t sum = 0;
     for (const Photo& photo : photos) sum += std::ranges::count(counted_cells(photo, cell), 1);
@@ -116,15 +101,27 @@ int FieldGaussNewton::cell_size(const Fields& fields, const std::vector<Photo>& 
 
 FieldGaussNewton::FieldGaussNewton(const Fields& fields, const std::vector<Photo>& photos,
                                    const FieldGaussNewtonOptions& options)
-    : options_(options), cell_(cell_size(fields, photos, options)), prior_(fields, options.prior) {
-  if (fields.image(0)) groups_ = groups_of(fields, options.groups);
-  FieldValues low = fields.start(), high = low;
-  for (std::size_t f = 0; f < low.size(); ++f) {
-    low[f].setConstant(fields.wanted()[f].minimum);
-    high[f].setConstant(fields.wanted()[f].maximum);
+    : options_(options),
+      cell_(cell_size(fields, photos, options)),
+      numbers_(fields, options.most_texels),
+      prior_(fields, numbers_, options.prior) {
+  for (const FieldNumbers::Part& part : numbers_.parts()) systems_.push_back({part});
+  if (fields.image(0)) {
+    place_groups_ = groups_of(numbers_, options.groups, &FieldNumbers::Lattice::places);
+    groups_ = groups_of(numbers_, options.groups, &FieldNumbers::Lattice::columns);
+    group_places_.resize(place_groups_->share.size());
+    for (std::size_t place = 0; place < place_groups_->of.size(); ++place)
+      group_places_[static_cast<std::size_t>(place_groups_->of[place])] = place;
   }
-  minimum_ = joined(low);
-  maximum_ = joined(high);
+  minimum_.resize(numbers_.size());
+  maximum_.resize(numbers_.size());
+  Eigen::Index at = 0;
+  for (std::size_t f = 0; f < numbers_.lattices().size(); ++f) {
+    const Eigen::Index count = numbers_.lattices()[f].count;
+    minimum_.segment(at, count).setConstant(fields.wanted()[f].minimum);
+    maximum_.segment(at, count).setConstant(fields.wanted()[f].maximum);
+    at += count;
+  }
   for (const Photo& photo : photos) {
     View view;
     view.width = photo.width;
@@ -145,7 +142,7 @@ FieldGaussNewton::FieldGaussNewton(const Fields& fields, const std::vector<Photo
     view.jacobian = CellJacobian::Zero(cells, has_images() ? 0 : minimum_.size());
     if (has_images()) {
       view.near.resize(static_cast<std::size_t>(cells));
-      view.far = Eigen::MatrixXf::Zero(cells, 3 * std::ssize(groups_->share));
+      view.far = Eigen::MatrixXf::Zero(cells, 3 * std::ssize(place_groups_->share));
     }
     view.residual = view.variance = view.weight = Eigen::MatrixXf::Zero(cells, 3);
     views_.push_back(std::move(view));
@@ -163,7 +160,7 @@ void FieldGaussNewton::members(SavedState& state) {
 
 void FieldGaussNewton::set_values(const FieldValues& values) {
   values_ = values;
-  if (prior_.empty()) prior_.begin(joined(values));
+  if (prior_.empty()) prior_.begin(numbers_.of(values));
   for (View& view : views_) view.seen = 0;
 }
 
@@ -221,25 +218,23 @@ void FieldGaussNewton::gather(std::size_t i, const FieldJacobian& derivatives, d
 void FieldGaussNewton::gather_places(View& view, const std::vector<PlaceSlopes>& places,
                                      float fresh) const {
   view.far *= 1 - fresh;
-  std::vector<int> found(groups_->of.size(), -1);  // of each texel, its entry
+  std::vector<int> found(place_groups_->of.size(), -1);  // of each place, its entry
   for (std::size_t row = 0; row < view.cells.size(); ++row) {
     std::vector<PlaceSlope>& near = view.near[row];
     for (PlaceSlope& one : near) {
       one.slope *= Colorf(1 - fresh);
       found[one.place] = static_cast<int>(&one - near.data());
     }
-    std::uint32_t first = 0;
-    for (std::size_t f = 0; f < places.size(); ++f) {
-      for (const auto& [place, slope] : places[f][static_cast<std::size_t>(view.cells[row])]) {
-        int& at = found[first + place];
-        if (at < 0) {
-          at = static_cast<int>(near.size());
-          near.push_back({first + place, {}});
-        }
-        near[static_cast<std::size_t>(at)].slope += Colorf(fresh) * slope;
-      }
-      first += static_cast<std::uint32_t>(values_[f].size() / 3);
-    }
+    for (std::size_t f = 0; f < places.size(); ++f)
+      for (const auto& [place, slope] : places[f][static_cast<std::size_t>(view.cells[row])])
+        numbers_.each_place(f, place, [&](std::uint32_t to, float share) {
+          int& at = found[to];
+          if (at < 0) {
+            at = static_cast<int>(near.size());
+            near.push_back({to, {}});
+          }
+          near[static_cast<std::size_t>(at)].slope += Colorf(fresh * share) * slope;
+        });
     const auto size = [](const PlaceSlope& one) {
       return std::abs(one.slope.r) + std::abs(one.slope.g) + std::abs(one.slope.b);
     };
@@ -251,31 +246,43 @@ void FieldGaussNewton::gather_places(View& view, const std::vector<PlaceSlopes>&
     std::erase_if(near, [&](const PlaceSlope& one) {
       if (size(one) >= options_.least_share * largest) return false;
       for (int c = 0; c < 3; ++c)
-        view.far(static_cast<Eigen::Index>(row), 3 * groups_->of[one.place] + c) += one.slope[c];
+        view.far(static_cast<Eigen::Index>(row), 3 * place_groups_->of[one.place] + c) +=
+            one.slope[c];
       return true;
     });
     std::ranges::sort(near, {}, &PlaceSlope::place);
   }
 }
 
-CellMatrix FieldGaussNewton::of_channel(const View& view, int channel) const {
-  const auto mine = Eigen::seq(channel, Eigen::last, Eigen::fix<3>);
-  if (!has_images()) return CellMatrix(view.jacobian(Eigen::all, mine));
-  CellMatrix::Sparse near(view.far.rows(), static_cast<Eigen::Index>(groups_->of.size()));
+CellMatrix FieldGaussNewton::jacobian_of(const View& view, const FieldNumbers::Part& part) const {
+  if (!has_images()) return CellMatrix(view.jacobian(Eigen::all, part.numbers));
+  const Eigen::Index cells = view.far.rows();
+  CellMatrix::Sparse near(part.channels * cells, part.numbers.size());
+  Eigen::MatrixXf far =
+      Eigen::MatrixXf::Zero(near.rows(), static_cast<Eigen::Index>(groups_->share.size()));
   Eigen::Index count = 0;
   for (const auto& row : view.near) count += std::ssize(row);
-  near.reserve(count);
-  for (std::size_t row = 0; row < view.near.size(); ++row) {
-    near.startVec(static_cast<Eigen::Index>(row));
-    for (const auto& [place, slope] : view.near[row])
-      near.insertBack(static_cast<Eigen::Index>(row), place) = slope[channel];
+  near.reserve(part.channels * count);
+  for (int k = 0; k < part.channels; ++k) {
+    const int channel = part.first_channel + k;
+    for (Eigen::Index row = 0; row < cells; ++row) {
+      near.startVec(k * cells + row);
+      for (const auto& [place, slope] : view.near[static_cast<std::size_t>(row)])
+        near.insertBack(k * cells + row, numbers_.column(place, channel)) = slope[channel];
+    }
+    for (std::size_t group = 0; group < group_places_.size(); ++group) {
+      if (place_groups_->share[group] == 0) continue;  // an image of fewer texels along than groups
+      const Eigen::Index column = numbers_.column(group_places_[group], channel);
+      far.col(groups_->of[static_cast<std::size_t>(column)]).segment(k * cells, cells) =
+          view.far.col(3 * static_cast<Eigen::Index>(group) + channel);
+    }
   }
   near.finalize();
-  return {std::move(near), view.far(Eigen::all, mine), groups_};
+  return {std::move(near), std::move(far), groups_};
 }
 
-Eigen::MatrixXf FieldGaussNewton::signs(Eigen::Index rows) const {
-  Eigen::MatrixXf all(rows, options_.probes);
+Eigen::MatrixXf FieldGaussNewton::signs(Eigen::Index rows, int probes) {
+  Eigen::MatrixXf all(rows, probes);
   for (Eigen::Index k = 0; k < all.cols(); ++k)
     for (Eigen::Index i = 0; i < rows; ++i)
       all(i, k) = (mix64(static_cast<std::uint64_t>(k * rows + i)) & 1) != 0 ? 1.f : -1.f;
@@ -286,7 +293,7 @@ Eigen::MatrixXf FieldGaussNewton::signs(Eigen::Index rows) const {
 /// Source: Hutchinson 1990, Communications in Statistics 19.
 Eigen::VectorXf FieldGaussNewton::leverage(const CellMatrix& jacobian,
                                            const NormalMatrix& normal) const {
-  const Eigen::MatrixXf sides = signs(jacobian.rows());
+  const Eigen::MatrixXf sides = signs(jacobian.rows(), options_.probes);
   const Eigen::MatrixXd seen = jacobian.transposed_times(sides).cast<double>();
   const Eigen::MatrixXf explained = jacobian.times(normal.solve(seen).cast<float>());
   return sides.cwiseProduct(explained).rowwise().mean();
@@ -295,86 +302,104 @@ Eigen::VectorXf FieldGaussNewton::leverage(const CellMatrix& jacobian,
 /// The trace of that matrix counts the degrees of freedom that texels take from the residuals.
 double FieldGaussNewton::remaining_variance(const CellMatrix& jacobian, const NormalMatrix& normal,
                                             const Eigen::VectorXf& residual) const {
-  const Eigen::MatrixXd seen = jacobian.transposed_times(residual).cast<double>();
-  const Eigen::VectorXf explained = jacobian.times(normal.solve(seen).cast<float>());
-  const double left = static_cast<double>((residual.array() != 0).count()) -
-                      leverage(jacobian, normal).cast<double>().sum();
-  return (residual - explained).cast<double>().squaredNorm() / std::max(left, 1.0);
+  Eigen::MatrixXf sides(residual.size(), 1 + options_.probes);
+  sides << residual, signs(residual.size(), options_.probes);
+  const Eigen::MatrixXd seen = jacobian.transposed_times(sides).cast<double>();
+  const Eigen::MatrixXf explained = jacobian.times(normal.solve(seen).cast<float>());
+  const auto probed = Eigen::seq(1, Eigen::last);
+  const double trace =
+      sides(Eigen::all, probed).cwiseProduct(explained(Eigen::all, probed)).cast<double>().sum() /
+      options_.probes;
+  const double left = static_cast<double>((residual.array() != 0).count()) - trace;
+  return (residual - explained.col(0)).cast<double>().squaredNorm() / std::max(left, 1.0);
 }
 
 void FieldGaussNewton::solve(double done) {
-  const Eigen::VectorXd values = joined(values_);
-  std::array<Eigen::VectorXf, 3> residuals;
-  Eigen::VectorXd known = Eigen::VectorXd::Zero(values.size() / 3);
-  for (int c = 0; c < 3; ++c) {
-    Channel& channel = channels_[static_cast<std::size_t>(c)];
+  const Eigen::VectorXd values = numbers_.of(values_);
+  std::vector<Eigen::VectorXf> residuals;
+  Eigen::VectorXd known = Eigen::VectorXd::Zero(systems_.front().part.numbers.size());
+  for (System& system : systems_) {
     std::vector<CellMatrix> parts;
     std::vector<Eigen::VectorXf> rows;
+    Eigen::Index count = 0;
     double noise = 0;
     for (const View& view : views_) {
-      const Eigen::VectorXf root = view.weight.col(c).cwiseSqrt();
-      parts.push_back(of_channel(view, c).scaled(root));
-      rows.push_back(root.cwiseProduct(view.residual.col(c)));
-      noise += (parts.back().squared_rows().array() * view.weight.col(c).array() *
-                view.variance.col(c).array())
+      const Eigen::VectorXf weight = system.part.rows_of(view.weight);
+      const Eigen::VectorXf root = weight.cwiseSqrt();
+      parts.push_back(jacobian_of(view, system.part).scaled(root));
+      rows.push_back(root.cwiseProduct(system.part.rows_of(view.residual)));
+      count += root.size();
+      noise += (parts.back().squared_rows().array() * weight.array() *
+                system.part.rows_of(view.variance).array())
                    .sum() /
                std::max(view.seen, 1.0);
     }
-    channel.jacobian = std::make_shared<const CellMatrix>(CellMatrix::stacked(parts));
-    Eigen::VectorXf& residual = residuals[static_cast<std::size_t>(c)];
-    residual.resize(channel.jacobian->rows());
+    system.jacobian = std::make_shared<const CellMatrix>(CellMatrix::stacked(parts));
+    Eigen::VectorXf& residual = residuals.emplace_back(count);
     Eigen::Index at = 0;
     for (const Eigen::VectorXf& one : rows) {
       residual.segment(at, one.size()) = one;
       at += one.size();
     }
-    channel.normal = NormalMatrix(channel.jacobian);
-    channel.descent = -channel.jacobian->transposed_times(residual).cast<double>();
-    const double all = channel.normal.trace();
-    channel.variance = all > 0 ? noise / all : 0;
-    channel.whole = residual.cast<double>().squaredNorm() /
-                    std::max<double>(static_cast<double>((residual.array() != 0).count()), 1);
-    channel.remaining = channel.whole;
+    system.normal = NormalMatrix(system.jacobian);
+    system.descent = -system.jacobian->transposed_times(residual).cast<double>();
+    const double all = system.normal.trace();
+    system.variance = all > 0 ? noise / all : 0;
+    system.whole = residual.cast<double>().squaredNorm() /
+                   std::max<double>(static_cast<double>((residual.array() != 0).count()), 1);
+    system.remaining = system.whole;
     if (all > 0 && !options_.by_agreement)
-      channel.variance = std::max(channel.variance, channel.whole);
+      system.variance = std::max(system.variance, system.whole);
     // What no light explains is not noise: a residual that stays counts as well.
     if (all > 0 && has_environment())
-      channel.variance =
-          std::max(channel.variance, variance_of_blocks(channel.jacobian->dense(), residual) / all);
-    if (channel.variance > 0) known += channel.normal.diagonal() / (3 * channel.variance);
+      system.variance =
+          std::max(system.variance, variance_of_blocks(system.jacobian->dense(), residual) / all);
+    if (system.variance > 0)
+      known += system.normal.diagonal() / (static_cast<double>(systems_.size()) * system.variance);
   }
   prior_.adapt(values, known);
-  for (int c = 0; c < 3; ++c) {
-    Channel& channel = channels_[static_cast<std::size_t>(c)];
-    const double all = channel.normal.trace();
-    const double damping =
-        all > 0 ? channel.normal.diagonal().squaredNorm() / all *
-                      (has_environment() ? options_.environment_damping
-                                         : std::exp(std::log(options_.first_damping) * (1 - done) +
-                                                    std::log(options_.last_damping) * done))
-                : 1;
+  for (std::size_t s = 0; s < systems_.size(); ++s) {
+    System& system = systems_[s];
+    const double all = system.normal.trace();
+    const Eigen::VectorXd damping = damping_of(system, done);
+    NormalMatrix last;
     if (has_images() && all > 0) {
-      const double noise = channel.variance;
+      const double noise = system.variance;
       for (int round = 0; round < options_.variance_rounds; ++round) {
-        NormalMatrix normal = channel.normal;
-        normal.add(channel.variance, prior_.precision(), damping);
-        channel.remaining =
-            remaining_variance(*channel.jacobian, normal, residuals[static_cast<std::size_t>(c)]);
-        if (options_.by_agreement) channel.variance = std::max(noise, channel.remaining);
+        NormalMatrix normal = system.normal;
+        normal.add(system.variance, prior_.precision(), damping, &last);
+        system.remaining = remaining_variance(*system.jacobian, normal, residuals[s]);
+        if (options_.by_agreement) system.variance = std::max(noise, system.remaining);
+        last = std::move(normal);
       }
     }
-    channel.normal.add(channel.variance, prior_.precision(), damping);
-    channel.descent -=
-        channel.variance * prior_.precision()->times(selenite::of_channel(values, c) -
-                                                     selenite::of_channel(prior_.mean(), c));
+    system.normal.add(system.variance, prior_.precision(), damping, &last);
+    system.descent -=
+        system.variance * prior_.precision()->times((values - prior_.mean())(system.part.numbers));
   }
+}
+
+Eigen::VectorXd FieldGaussNewton::damping_of(const System& system, double done) const {
+  const double share = has_environment() ? options_.environment_damping
+                                         : std::exp(std::log(options_.first_damping) * (1 - done) +
+                                                    std::log(options_.last_damping) * done);
+  Eigen::VectorXd damping(system.part.numbers.size());
+  Eigen::Index at = 0;
+  for (const FieldNumbers::Lattice& one : numbers_.lattices()) {
+    const Eigen::Index count = one.count / system.part.numbers.incrObject();
+    const auto strengths = system.normal.diagonal().segment(at, count);
+    const double all = strengths.sum();
+    damping.segment(at, count).setConstant(all > 0 ? share * strengths.squaredNorm() / all : 1);
+    at += count;
+  }
+  return damping;
 }
 
 double FieldGaussNewton::pattern_left() const {
   double whole = 0, remaining = 0;
-  for (const Channel& channel : channels_) {
-    whole += channel.whole;
-    remaining += channel.remaining;
+  for (const System& system : systems_) {
+    whole += system.whole;
+    remaining += system.remaining;
   }
   return whole > 0 ? std::max(0.0, 1 - remaining / whole) : 0;
 }
@@ -422,22 +447,22 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
     sums_a.push_back(sums(&InstrumentalVariables::Set::a));
     sums_b.push_back(sums(&InstrumentalVariables::Set::b));
   }
-  for (int c = 0; c < 3; ++c) {
-    const Channel& channel = channels_[static_cast<std::size_t>(c)];
+  for (const System& system : systems_) {
+    const FieldNumbers::Part& part = system.part;
     std::vector<CellMatrix> jacobians, parts;
     for (std::size_t i = 0; i < z.size(); ++i) {
-      jacobians.push_back(of_channel(views_[i], c));
-      parts.push_back(jacobians.back().scaled(weights[i].col(c).cwiseSqrt()));
+      jacobians.push_back(jacobian_of(views_[i], part));
+      parts.push_back(jacobians.back().scaled(part.rows_of(weights[i]).cwiseSqrt()));
     }
     const auto jacobian = std::make_shared<const CellMatrix>(CellMatrix::stacked(parts));
     NormalMatrix solver(jacobian);
-    const double strength = channel.jacobian->squared_columns().sum();
-    const double variance = strength > 0 ? channel.variance * (solver.trace() / strength) : 1;
-    solver.add(variance, prior_.precision(), 0);
-    if (z.front().widening) widen(*jacobian, solver, c, z);
+    const double strength = system.jacobian->squared_columns().sum();
+    const double variance = strength > 0 ? system.variance * (solver.trace() / strength) : 1;
+    solver.add(variance, prior_.precision(), Eigen::VectorXd::Zero(part.numbers.size()));
+    if (z.front().widening) widen(*jacobian, solver, part, z);
     const Eigen::MatrixXd like =
-        (eliminate_from_half(z, &InstrumentalVariables::Set::a, c, sums_a, jacobians, solver) +
-         eliminate_from_half(z, &InstrumentalVariables::Set::b, c, sums_b, jacobians, solver)) /
+        (eliminate_from_half(z, &InstrumentalVariables::Set::a, part, sums_a, jacobians, solver) +
+         eliminate_from_half(z, &InstrumentalVariables::Set::b, part, sums_b, jacobians, solver)) /
         2;
     // The equations still move by variance * precision * like where a voxel is off by 1, and the
     // covariance of the voxels is variance / normal.
@@ -447,7 +472,8 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
   return remaining;
 }
 
-void FieldGaussNewton::widen(const CellMatrix& jacobian, const NormalMatrix& normal, int c,
+void FieldGaussNewton::widen(const CellMatrix& jacobian, const NormalMatrix& normal,
+                             const FieldNumbers::Part& part,
                              const std::vector<Regressors>& z) const {
   const Eigen::ArrayXf factors =
       (1 -
@@ -457,40 +483,42 @@ void FieldGaussNewton::widen(const CellMatrix& jacobian, const NormalMatrix& nor
   for (std::size_t i = 0; i < z.size(); ++i) {
     const View& view = views_[i];
     Eigen::VectorXf& widening = *z[i].widening;
-    if (c == 0) widening = Eigen::VectorXf::Ones(3 * std::ssize(view.share));
-    for (std::size_t p = 0; p < view.share.size(); ++p)
-      if (const Eigen::Index row = row_of(view, p); row >= 0)
-        widening[static_cast<Eigen::Index>(3 * p) + c] = factors[first + row];
-    first += view.weight.rows();
+    if (part.first_channel == 0) widening = Eigen::VectorXf::Ones(3 * std::ssize(view.share));
+    for (int k = 0; k < part.channels; ++k, first += view.weight.rows())
+      for (std::size_t p = 0; p < view.share.size(); ++p)
+        if (const Eigen::Index row = row_of(view, p); row >= 0)
+          widening[static_cast<Eigen::Index>(3 * p) + part.first_channel + k] =
+              factors[first + row];
   }
 }
 
 Eigen::MatrixXd FieldGaussNewton::eliminate_from_half(
     const std::vector<Regressors>& z, InstrumentalVariables::Half InstrumentalVariables::Set::*half,
-    int c, const std::vector<Eigen::MatrixXf>& sums, const std::vector<CellMatrix>& jacobians,
-    const NormalMatrix& solver) const {
-  Eigen::MatrixXf seen = Eigen::MatrixXf::Zero(minimum_.size() / 3, sums.front().cols());
-  for (std::size_t i = 0; i < z.size(); ++i) {
-    const Eigen::Index cells = views_[i].jacobian.rows();
-    seen += jacobians[i].transposed_times(sums[i].middleRows(c * cells, cells));
-  }
+    const FieldNumbers::Part& part, const std::vector<Eigen::MatrixXf>& sums,
+    const std::vector<CellMatrix>& jacobians, const NormalMatrix& solver) const {
+  Eigen::MatrixXf seen = Eigen::MatrixXf::Zero(part.numbers.size(), sums.front().cols());
+  for (std::size_t i = 0; i < z.size(); ++i)
+    seen += jacobians[i].transposed_times(part.blocks_of(sums[i]));
   Eigen::MatrixXd like = solver.solve(seen.cast<double>());
   for (std::size_t i = 0; i < z.size(); ++i) {
     const View& view = views_[i];
+    const Eigen::Index cells = view.weight.rows();
     const Eigen::MatrixXf explained = jacobians[i].times(like.cast<float>());
     Jacobian& instruments = (z[i].whole->*half).filtered;
-    for (std::size_t p = 0; p < view.share.size(); ++p)
-      if (const Eigen::Index row = row_of(view, p); row >= 0)
-        instruments.row(static_cast<Eigen::Index>(3 * p) + c) -= explained.row(row);
+    for (int k = 0; k < part.channels; ++k)
+      for (std::size_t p = 0; p < view.share.size(); ++p)
+        if (const Eigen::Index row = row_of(view, p); row >= 0)
+          instruments.row(static_cast<Eigen::Index>(3 * p) + part.first_channel + k) -=
+              explained.row(k * cells + row);
   }
   return like;
 }
 
 /// Numbers beyond a bound are pinned to it until none of the others is.
-Eigen::VectorXd FieldGaussNewton::bounded_step(const Channel& channel, const Eigen::VectorXd& right,
+Eigen::VectorXd FieldGaussNewton::bounded_step(const System& system, const Eigen::VectorXd& right,
                                                const Eigen::VectorXd& low,
                                                const Eigen::VectorXd& high) const {
-  Eigen::VectorXd step = channel.normal.solve(right);
+  Eigen::VectorXd step = system.normal.solve(right);
   if (!has_environment()) return step.cwiseMax(low).cwiseMin(high);
   std::vector<Eigen::Index> free(static_cast<std::size_t>(step.size()));
   std::iota(free.begin(), free.end(), Eigen::Index{0});
@@ -502,8 +530,8 @@ Eigen::VectorXd FieldGaussNewton::bounded_step(const Channel& channel, const Eig
     if (free.empty()) break;
     Eigen::VectorXd pinned = step;
     for (const Eigen::Index i : free) pinned[i] = 0;
-    const Eigen::VectorXd rest = right - channel.normal.dense() * pinned;
-    const Eigen::MatrixXd inner = channel.normal.dense()(free, free);
+    const Eigen::VectorXd rest = right - system.normal.dense() * pinned;
+    const Eigen::MatrixXd inner = system.normal.dense()(free, free);
     const Eigen::VectorXd solved = inner.llt().solve(rest(free));
     for (std::size_t k = 0; k < free.size(); ++k)
       step[free[k]] = solved[static_cast<Eigen::Index>(k)];
@@ -512,38 +540,36 @@ Eigen::VectorXd FieldGaussNewton::bounded_step(const Channel& channel, const Eig
 }
 
 void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
-  const Eigen::VectorXd before = joined(values_), longest = prior_.longest_steps(before);
+  const Eigen::VectorXd before = numbers_.of(values_), longest = prior_.longest_steps(before);
   Eigen::VectorXd step = Eigen::VectorXd::Zero(before.size());
-  for (int c = 0; c < 3; ++c) {
-    const Channel& one = channels_[static_cast<std::size_t>(c)];
-    const auto mine = Eigen::seq(c, Eigen::last, Eigen::fix<3>);
-    Eigen::VectorXf shift = Eigen::VectorXf::Zero(one.jacobian->rows());
+  for (const System& system : systems_) {
+    const FieldNumbers::Part& part = system.part;
+    Eigen::VectorXf shift = Eigen::VectorXf::Zero(system.jacobian->rows());
     Eigen::Index at = 0;
     for (const View& view : views_) {
-      const Eigen::Index cells = view.jacobian.rows();
+      const Eigen::Index rows = part.channels * view.weight.rows();
       if (view.slopes.size() > 0)
-        shift.segment(at, cells) = view.weight.col(c).cwiseSqrt().cwiseProduct(
-            view.slopes.middleRows(c * cells, cells) * du.cast<float>());
-      at += cells;
+        shift.segment(at, rows) = part.rows_of(view.weight)
+                                      .cwiseSqrt()
+                                      .cwiseProduct(part.blocks_of(view.slopes) * du.cast<float>());
+      at += rows;
     }
-    const Eigen::VectorXd here = before(mine);
-    const Eigen::VectorXd low = (minimum_(mine) - here).cwiseMax(-longest(mine));
-    const Eigen::VectorXd high = (maximum_(mine) - here).cwiseMin(longest(mine));
-    step(mine) = bounded_step(
-        one, one.descent - one.jacobian->transposed_times(shift).cast<double>(), low, high);
+    const Eigen::VectorXd here = before(part.numbers);
+    const Eigen::VectorXd low = (minimum_(part.numbers) - here).cwiseMax(-longest(part.numbers));
+    const Eigen::VectorXd high = (maximum_(part.numbers) - here).cwiseMin(longest(part.numbers));
+    step(part.numbers) = bounded_step(
+        system, system.descent - system.jacobian->transposed_times(shift).cast<double>(), low,
+        high);
   }
-  Eigen::Index at = 0;
-  for (Vector& values : values_) {
-    values += step.segment(at, values.size());
-    at += values.size();
-  }
+  numbers_.add(step, values_);
   for (View& view : views_)
-    for (int c = 0; c < 3; ++c) {
-      const Eigen::Index cells = view.jacobian.rows();
-      view.residual.col(c) +=
-          of_channel(view, c).times(selenite::of_channel(step, c).cast<float>());
-      if (view.slopes.size() > 0)
-        view.residual.col(c) += view.slopes.middleRows(c * cells, cells) * du.cast<float>();
+    for (const System& system : systems_) {
+      const FieldNumbers::Part& part = system.part;
+      Eigen::VectorXf moved =
+          jacobian_of(view, part).times(Eigen::VectorXf(step(part.numbers).cast<float>()));
+      if (view.slopes.size() > 0) moved += part.blocks_of(view.slopes) * du.cast<float>();
+      view.residual.middleCols(part.first_channel, part.channels) +=
+          moved.reshaped(view.residual.rows(), part.channels);
     }
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstddef>
 #include <memory>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "fit/problem/fields.h"
 #include "fit/problem/settings.h"
 #include "fit/solver/cell_matrix.h"
+#include "fit/solver/field_numbers.h"
 #include "fit/solver/field_prior.h"
 #include "fit/solver/instrumental_variables.h"
 #include "render/driver/field_gradient.h"
@@ -54,7 +54,7 @@ struct FieldGaussNewtonOptions {
   }
 };
 
-/// Gauss-Newton for the voxels of albedo grids, images of colours and the world's image, for
+/// Gauss-Newton for the voxels of albedo grids, images of colours and numbers and the world's image, for
 /// `JointGaussNewton`. A voxel stands for each of them in what follows.
 ///
 /// Scattered light is smooth: means over cells of pixels hold nearly all that photos know of voxels. So
@@ -66,12 +66,13 @@ struct FieldGaussNewtonOptions {
 /// orthogonal to the Jacobian of the voxels (partial regression: Frisch and Waugh 1933, Econometrica 1).
 /// The equations that they make are those of the joint normal matrix with the fields eliminated, and
 /// hold wherever the voxels are. The voxels take their own step and what a step of the scalars implies.
-/// A channel has normal equations of its own. Before any photo a voxel of a grid lies within a standard
+/// A channel has normal equations of its own, but where a number acts on all channels (`FieldNumbers`).
+/// Before any photo a voxel of a grid lies within a standard
 /// deviation of its first value, and a pixel of the world's image near its neighbours. Voxels that a
 /// step would take beyond their bounds are pinned there, and the others make up for that (active sets).
 class FieldGaussNewton {
  public:
-  /// Whether the fields are albedo grids of colours, the world's image, or images of colours alone, and
+  /// Whether the fields are albedo grids of colours, the world's image, or images of colours and numbers, and
   /// numbers and photos are not too many.
   static bool applies(const Fields& fields, const std::vector<Photo>& photos,
                       const FieldGaussNewtonOptions& options = {}) {
@@ -115,8 +116,9 @@ class FieldGaussNewton {
   /// Steps the voxels, where the scalars move by du (in `Reparametrization`).
   void advance(const Eigen::VectorXd& du);
   const FieldValues& values() const { return values_; }
-  /// By which the prior of green counted in the last `solve`: the variance of a residual of weight 1.
-  double prior_strength() const { return channels_[1].variance; }
+  /// By which the prior counted in the last `solve`, of green where channels have their own equations: the
+  /// variance of a residual of weight 1.
+  double prior_strength() const { return systems_[systems_.size() / 2].variance; }
   /// Share of the squared residuals of the last `solve` that fields could still explain; 0 but for images.
   double pattern_left() const;
 
@@ -136,40 +138,45 @@ class FieldGaussNewton {
     std::vector<Eigen::Index> rows;   ///< of each cell, -1: it does not count
     CellJacobian jacobian;            ///< mean over iterations, all numbers of all fields
     PlaceSlopes near{};               ///< of images in its place: the largest of each cell
-    Eigen::MatrixXf far{};            ///< and the rest, three columns a group
+    Eigen::MatrixXf far{};            ///< and the rest, three columns a group of places
     double gathered = 0;              ///< iterations in it
     Eigen::MatrixXf residual, variance, weight;  ///< of the cells, a column a channel
     double seen = 0;                             ///< iterations in `residual`
     Eigen::MatrixXf slopes;  ///< by the scalars; rows are cells, channel by channel
     void members(SavedState& state);
   };
-  struct Channel {
+  /// Equations that are solved together.
+  struct System {
+    FieldNumbers::Part part;
     /// Times the roots of the weights, of all photos.
     std::shared_ptr<const CellMatrix> jacobian = std::make_shared<const CellMatrix>();
-    NormalMatrix normal;
-    double variance = 0;      ///< of a residual of weight 1, by which the prior's precision counts
-    Eigen::VectorXd descent;  ///< right side of the equations of the voxels at fixed scalars
+    NormalMatrix normal{};
+    double variance = 0;  ///< of a residual of weight 1, by which the prior's precision counts
+    Eigen::VectorXd descent{};  ///< right side of the equations of the voxels at fixed scalars
     /// Variance of a residual of weight 1: of all of them, and of what texels cannot explain.
     double whole = 0, remaining = 0;
   };
   /// Sums over cells: (cells * 3, columns), channel by channel.
   template <class Pixels>
   Eigen::MatrixXf of_cells(const View& view, const Pixels& pixels) const;
-  /// For one half and channel c, by the sums over cells of all channels. Returns the regression of the
+  /// For one half and one system, by the sums over cells of all channels. Returns the regression of the
   /// scalars on the voxels.
   Eigen::MatrixXd eliminate_from_half(const std::vector<Regressors>& z,
                                       InstrumentalVariables::Half InstrumentalVariables::Set::*half,
-                                      int c, const std::vector<Eigen::MatrixXf>& sums,
+                                      const FieldNumbers::Part& part,
+                                      const std::vector<Eigen::MatrixXf>& sums,
                                       const std::vector<CellMatrix>& jacobians,
                                       const NormalMatrix& solver) const;
-  /// Of the residuals of channel c; see `Regressors::widening`.
-  void widen(const CellMatrix& jacobian, const NormalMatrix& normal, int c,
+  /// Of the residuals of a system; see `Regressors::widening`.
+  void widen(const CellMatrix& jacobian, const NormalMatrix& normal, const FieldNumbers::Part& part,
              const std::vector<Regressors>& z) const;
-  /// The columns of a channel.
-  CellMatrix of_channel(const View& view, int channel) const;
+  /// The rows and columns of a system.
+  CellMatrix jacobian_of(const View& view, const FieldNumbers::Part& part) const;
+  /// Of each number of a system: by the strength of those of its field that show.
+  Eigen::VectorXd damping_of(const System& system, double done) const;
   void gather_places(View& view, const std::vector<PlaceSlopes>& places, float fresh) const;
   /// Random ones, a column a probe.
-  Eigen::MatrixXf signs(Eigen::Index rows) const;
+  static Eigen::MatrixXf signs(Eigen::Index rows, int probes);
   /// Of each row, the share of its residual that texels take up.
   Eigen::VectorXf leverage(const CellMatrix& jacobian, const NormalMatrix& normal) const;
   /// Variance of a residual of weight 1 by what remains beside texels that follow the photos: what several
@@ -180,18 +187,21 @@ class FieldGaussNewton {
   double variance_of_blocks(const Eigen::MatrixXf& jacobian, const Eigen::VectorXf& residual) const;
   /// The row of a pixel's cell, -1: it has none.
   Eigen::Index row_of(const View& view, std::size_t pixel) const;
-  /// The step of a channel's numbers along `right`, from `low` to `high`.
-  Eigen::VectorXd bounded_step(const Channel& channel, const Eigen::VectorXd& right,
+  /// The step of a system's numbers along `right`, from `low` to `high`.
+  Eigen::VectorXd bounded_step(const System& system, const Eigen::VectorXd& right,
                                const Eigen::VectorXd& low, const Eigen::VectorXd& high) const;
 
   FieldGaussNewtonOptions options_;
   int cell_;
+  FieldNumbers numbers_;
   Eigen::VectorXd minimum_, maximum_;  ///< of all numbers
   FieldValues values_;
   FieldPrior prior_;
   std::vector<View> views_;
-  std::array<Channel, 3> channels_;
-  std::shared_ptr<const CellMatrix::Groups> groups_;  ///< of texels; null: no image is unknown
+  std::vector<System> systems_;
+  /// Of places and of the numbers of a system; null: no image is unknown.
+  std::shared_ptr<const CellMatrix::Groups> place_groups_, groups_;
+  std::vector<std::size_t> group_places_;  ///< one of each group of places
 };
 
 }  // namespace selenite

@@ -64,12 +64,17 @@ Eigen::MatrixXd differences(const std::vector<std::ptrdiff_t>& shape) {
 
 }  // namespace
 
-FieldPrior::FieldPrior(const Fields& fields, const FieldPriorOptions& options)
-    : options_(options), start_(fields.start()) {
+FieldPrior::FieldPrior(const Fields& fields, const FieldNumbers& numbers,
+                       const FieldPriorOptions& options)
+    : options_(options) {
+  if (fields.image(0)) {
+    images_ = numbers.lattices();
+    return;
+  }
+  start_ = fields.start();
   for (std::size_t f = 0; f < start_.size(); ++f) {
     shapes_.push_back(fields.shape(f));
     is_environment_.push_back(fields.is_environment(f));
-    images_.push_back(fields.shared_image(f));
   }
 }
 
@@ -115,9 +120,13 @@ void FieldPrior::set_levels() {
 
 /// The mean of each image is free.
 Precision FieldPrior::of_images() const {
-  const Eigen::Index all = scale_.size();
+  Eigen::Index all = 0, levels = 0;
+  for (const FieldNumbers::Lattice& one : images_) {
+    all += one.count / one.channels * one.columns;
+    levels += one.columns;
+  }
   Precision found;
-  found.level = Eigen::MatrixXd::Zero(all, static_cast<Eigen::Index>(images_.size()));
+  found.level = Eigen::MatrixXd::Zero(all, levels);
   std::vector<Eigen::Triplet<double>> entries;
   const auto join = [&](Eigen::Index a, Eigen::Index b) {
     if (a == b) return;
@@ -127,25 +136,25 @@ Precision FieldPrior::of_images() const {
     entries.emplace_back(a, b, -weight);
     entries.emplace_back(b, a, -weight);
   };
-  Eigen::Index at = 0;
-  for (std::size_t f = 0; f < images_.size(); ++f) {
-    const int width = images_[f]->width(), height = images_[f]->height();
-    const bool repeats = images_[f]->extension() == Extension::kRepeat;
+  Eigen::Index first = 0, level = 0;
+  for (const FieldNumbers::Lattice& one : images_) {
+    const int width = one.width, height = one.height, kinds = one.columns;
     const Eigen::Index count = static_cast<Eigen::Index>(width) * height;
-    for (int y = 0; y < height; ++y)
-      for (int x = 0; x < width; ++x) {
-        const Eigen::Index row = at + static_cast<Eigen::Index>(y) * width;
-        entries.emplace_back(row + x, row + x, 1 / square(options_.image_deviation));
-        if (x + 1 < width || repeats) join(row + x, row + (x + 1) % width);
-        if (y + 1 < height)
-          join(row + x, row + x + width);
-        else if (repeats)
-          join(row + x, at + x);
-      }
-    found.level.col(static_cast<Eigen::Index>(f))
-        .segment(at, count)
-        .setConstant(1 / (options_.image_deviation * std::sqrt(static_cast<double>(count))));
-    at += count;
+    for (int k = 0; k < kinds; ++k, ++level) {
+      const auto at = [&](int x, int y) {
+        return first + (static_cast<Eigen::Index>(y) * width + x) * kinds + k;
+      };
+      for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+          const Eigen::Index here = at(x, y);
+          entries.emplace_back(here, here, 1 / square(options_.image_deviation));
+          if (x + 1 < width || one.repeats) join(here, at((x + 1) % width, y));
+          if (y + 1 < height || one.repeats) join(here, at(x, (y + 1) % height));
+          found.level(here, level) =
+              1 / (options_.image_deviation * std::sqrt(static_cast<double>(count)));
+        }
+    }
+    first += count * kinds;
   }
   found.sparse.resize(all, all);
   found.sparse.setFromTriplets(entries.begin(), entries.end());
@@ -153,7 +162,7 @@ Precision FieldPrior::of_images() const {
 }
 
 void FieldPrior::set_precision() {
-  if (images_.front()) {
+  if (!images_.empty()) {
     if (!precision_) precision_ = std::make_shared<const Precision>(of_images());
     return;
   }

@@ -8,6 +8,7 @@
 
 #include "fit/problem/fields.h"
 #include "fit/solver/cell_matrix.h"
+#include "fit/solver/field_numbers.h"
 
 namespace selenite {
 
@@ -35,10 +36,11 @@ struct FieldPriorOptions {
 /// its neighbours. A pixel of the world lies near its neighbours, and the mean of a channel near
 /// that of the values with which a fit begins, in the colour that the world has in the scene. The brighter
 /// pixels are, the more neighbours differ: a lamp has an edge.
-/// Numbers of a channel lie three apart. Source: docs/method/fields.md, "Light of the world".
+/// Its numbers are those of a part of `FieldNumbers`. Source: docs/method/fields.md, "Light of the world".
 class FieldPrior {
  public:
-  explicit FieldPrior(const Fields& fields, const FieldPriorOptions& options = {});
+  FieldPrior(const Fields& fields, const FieldNumbers& numbers,
+             const FieldPriorOptions& options = {});
 
   bool has_environment() const;
   bool empty() const { return mean_.size() == 0; }
@@ -49,7 +51,7 @@ class FieldPrior {
   /// Where the world is bright is seen from these values of all numbers, as far as the photos know them:
   /// `photos` is the precision that they give a number of a channel. What they do not see stays smooth.
   void adapt(const Eigen::VectorXd& values, const Eigen::VectorXd& photos);
-  /// Of the numbers of a channel, once begun.
+  /// Of the numbers of a part, once begun.
   const std::shared_ptr<const Precision>& precision() const { return precision_; }
   /// Longest steps of all numbers from `values`, once begun.
   Eigen::VectorXd longest_steps(const Eigen::VectorXd& values) const;
@@ -63,12 +65,12 @@ class FieldPrior {
   FieldPriorOptions options_;
   std::vector<std::vector<std::ptrdiff_t>> shapes_;
   std::vector<char> is_environment_;
-  std::vector<std::shared_ptr<const Texture>> images_;  ///< null: no image of a surface
-  FieldValues start_;                                   ///< of the scene
+  std::vector<FieldNumbers::Lattice> images_;  ///< of a surface; empty: other fields
+  FieldValues start_;                          ///< of the scene
   Eigen::VectorXd mean_;
   std::shared_ptr<const Precision> precision_;
   Eigen::VectorXd level_;  ///< of each number: the mean of its field in `mean_`, of a grid 1
-  Eigen::VectorXd scale_;  ///< of each number of a channel: in which its differences count
+  Eigen::VectorXd scale_;  ///< of each number of a part: in which its differences count
 };
 
 }  // namespace selenite

@@ -50,9 +50,10 @@ Vector JointGaussNewton::step_by_residuals(const Vector& x, std::span<const Obse
   if (!scalars_.has_instruments()) {
     // Light is linear, and scalars go astray beside even texels: both go ahead of what is not.
     if (fields_.has_environment() || fields_.has_images()) {
-      fields_.solve(scalars_.done());
+      fields_.solve(has_scalars() ? scalars_.done() : 1);
       fields_.advance(Eigen::VectorXd(0));
     }
+    if (!has_scalars()) ++joined_;
     gather_waiting();
     return x;
   }
@@ -69,6 +70,8 @@ Vector JointGaussNewton::step_by_residuals(const Vector& x, std::span<const Obse
       (next - u).cwiseQuotient(reparametrization.cap()).cwiseAbs().maxCoeff());
   return problem_->unknowns.project(reparametrization.to_values(next));
 }
+
+bool JointGaussNewton::has_scalars() const { return problem_->unknowns.size() > 0; }
 
 double JointGaussNewton::kept(int joined) const {
   return scalars_.damping().kept() * (1 - aging_ / joined);

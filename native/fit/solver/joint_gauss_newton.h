@@ -65,6 +65,7 @@ class JointGaussNewton {
   Measurement measure(std::span<const Observation> seen, const std::vector<Halves>& halves);
   /// Derivatives by texels that wait join the sums.
   void gather_waiting();
+  bool has_scalars() const;
   /// Share of the equations that is kept once `joined` iterations have joined them.
   double kept(int joined) const;
 

@@ -19,7 +19,23 @@ bool any_on_surface(const Fields& fields) {
   return false;
 }
 
-/// Fields alone are stepped by Adam, unless they are solved for as beside scalars: light is linear.
+/// Whether scalars can be solved for beside the images: not beside a coarser lattice, which leaves errors of
+/// single texels in the photos.
+bool few_texels(const Fields& fields) {
+  std::ptrdiff_t texels = 0;
+  for (std::size_t f = 0; f < fields.refs().size(); ++f)
+    if (const Texture* const image = fields.image(f)) texels += std::ssize(image->pixels());
+  return texels <= FieldGaussNewtonOptions{}.most_texels;
+}
+
+/// Fields without scalars that are solved for as beside these: light is linear, and images nearly so.
+bool solved_alone(const FitProblem& problem) {
+  const Fields& fields = problem.fields();
+  return problem.unknowns().size() == 0 && (fields.has_environment() || any_on_surface(fields)) &&
+         JointGaussNewton::applies(fields, problem.photos());
+}
+
+/// Fields alone are stepped by Adam, unless they are solved for as beside scalars.
 /// InvalidArgument: another optimiser is asked for.
 const OptimiserKind& optimiser_of(const FitProblem& problem) {
   const FitSettings& settings = problem.settings();
@@ -29,9 +45,7 @@ const OptimiserKind& optimiser_of(const FitProblem& problem) {
   };
   if (problem.fields().vertices()) return choose("adam");
   if (problem.fields().empty() || problem.unknowns().size() > 0) return choose(settings.optimiser);
-  if (problem.fields().has_environment() &&
-      JointGaussNewton::applies(problem.fields(), problem.photos()))
-    return choose(settings.optimiser);
+  if (solved_alone(problem)) return choose(settings.optimiser);
   if (settings.optimiser == "adam" || settings.optimiser == "auto") return choose("adam");
   throw Refused("",
                 "optimiser = '" + settings.optimiser +
@@ -63,7 +77,7 @@ bool wants_refinement(const FitProblem& problem, bool joint) {
              .few_unknowns;
 }
 
-/// The mean brightness by which photos are judged where Adam steps fields: that of the brightest of them,
+/// The mean brightness by which photos are judged where fields are fitted alone: that of the brightest of them,
 /// as if all were parts of one picture, so that no dark photo rules. Photos whose exposures are to be
 /// found may be dark by those alone: each is judged by its own.
 double common_brightness(const std::vector<Photo>& photos) {
@@ -86,11 +100,14 @@ Strategy::Strategy(FitProblem& problem)
   const FitSettings& settings = problem.settings();
   if (alternates && settings.search != "off") uniform = problem.uniform();
   multi_start = wants_multi_start(problem, optimiser, uniform != nullptr);
-  joint = alternates && (after_multi_start() || has_environment) && settings.accumulate &&
+  joint = alternates && settings.accumulate &&
+          (has_environment || solved_alone(problem) ||
+           (after_multi_start() && few_texels(problem.fields()))) &&
           JointGaussNewton::applies(problem.fields(), problem.photos());
   refines = wants_refinement(problem, joint);
   PixelWeightsOptions weights;
-  if (!problem.fields().empty() && !joint) {
+  const bool images_alone = has_images && problem.unknowns().size() == 0;
+  if (!problem.fields().empty() && (!joint || images_alone)) {
     weights.dim_share = weights.dim_share_of_fields;  // no dark pixel rules
     weights.black = std::max(weights.black, common_brightness(problem.photos()));
     weights.plain_model_error = std::numeric_limits<double>::infinity();
