@@ -93,8 +93,9 @@ void MultiStart::begin_at(const Vector& values) {
 
 /// A point of a component's range, `at` in [0, 1].
 ///
-/// Logarithmic where the table says so, and for light. A rotation has been searched before. A spread of roughness that is even in the value was worse in
-/// four of eight fits and better in two. Steps find no way from an index of refraction near 1, at which nothing shows.
+/// Logarithmic where the table says so, and for light. A rotation has been searched before. A spread of
+/// roughness that is even in the value was worse in four of eight fits and better in two. Steps find no
+/// way from an index of refraction near 1, at which nothing shows.
 double MultiStart::point_in_range(int component, double at) const {
   const Unknowns& unknowns = problem_.unknowns;
   const Parameter& description = unknowns.description_of(component);

@@ -19,8 +19,8 @@ class MeshGraph {
   /// Pairs of numbers of values, in order.
   const std::vector<std::array<int, 2>>& edges() const { return edges_; }
   Eigen::Index size() const { return size_; }
-  /// The numbers of all values, as many for each, smoothed as if each were spread over `values` of them by a Gaussian: the
-  /// solution x of (1 + lambda L) x = numbers, where L is the Laplacian of the graph.
+  /// The numbers of all values, as many for each, smoothed as if each were spread over `values` of them
+  /// by a Gaussian: the solution x of (1 + lambda L) x = numbers, where L is the Laplacian of the graph.
   Eigen::VectorXd smoothed(const Eigen::VectorXd& numbers, double values) const;
 
  private:

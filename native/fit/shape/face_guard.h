@@ -59,8 +59,8 @@ class FaceGuard {
   std::vector<int> joined_;
   const VertexNormals* normals_;
   Faces faces_;
-  std::vector<double> least_;  ///< cosine of each face
-  std::set<std::array<int, 2>> crossing_edges_;      ///< of the positions before
+  std::vector<double> least_;                    ///< cosine of each face
+  std::set<std::array<int, 2>> crossing_edges_;  ///< of the positions before
   std::set<std::array<int, 3>> crossed_triangles_;
 };
 

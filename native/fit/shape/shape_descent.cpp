@@ -266,8 +266,8 @@ void ShapeDescent::hold_back(VertexMatrix& there, bool& turned, bool& crossed) c
       crossed = crossed || !stopped.empty();
     }
     if (stopped.empty()) return;
-    const bool all_stay = std::ranges::all_of(
-        stopped, [&](int v) { return there.row(v) == positions_.row(v); });
+    const bool all_stay =
+        std::ranges::all_of(stopped, [&](int v) { return there.row(v) == positions_.row(v); });
     if (all_stay) stopped = guard_.around(stopped);  // a face turns from what surrounds it, too
     for (const int v : stopped)
       there.row(v) = round < options_.halvings

@@ -78,7 +78,7 @@ class ShapeDescent final : public Phase {
   VertexMatrix positions_, coordinates_, best_;
   VertexMatrix mean_, squares_;     ///< moments of the gradient
   std::vector<double> brightness_;  ///< mean square, of each photo or its first picture
-  double share_ = 1;  ///< of a step that is taken
+  double share_ = 1;                ///< of a step that is taken
   int done_ = 0;
 };
 

@@ -10,7 +10,8 @@
 
 namespace selenite {
 
-/// Derivatives of cells of pixels by the numbers of a part of `FieldNumbers`: dense, or sparse with a coarse rest.
+/// Derivatives of cells of pixels by the numbers of a part of `FieldNumbers`: dense, or sparse with a
+/// coarse rest.
 ///
 /// A cell sees few texels directly, and all others a little by light between surfaces. `near` holds
 /// the texels that it sees most. `far` holds sums over groups of texels, as if the texels of a group
