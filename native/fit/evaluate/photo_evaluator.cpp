@@ -32,8 +32,7 @@ FilmLoss loss_of_rendered(FilmLoss loss, const Colorf& gain) {
   return loss;
 }
 
-/// Pictures that no phase reads need neither travel from a worker nor keep their memory, as `clear` would
-/// let them.
+/// Pictures that no phase reads need neither travel nor keep their memory, as `clear` would let them.
 void leave_out_unread(const Photo& photo, const Evaluation& how, Film& film) {
   film.aim_excess = Picture();
   if (!how.halves) film.half_a = Picture();
@@ -156,13 +155,9 @@ Film PhotoEvaluator::picture(Scene scene, const Photo& photo, const SlotLayout& 
 
 Film PhotoEvaluator::rendered(const Point& point, const Photo& photo, const Evaluation& how) {
   Scene scene = scene_of(photo, point);
-  if (!how.derivatives) {
-    Film film = picture(std::move(scene), photo, SlotLayout(), how.spp, how.seed);
-    leave_out_unread(photo, how, film);
-    return film;
-  }
+  if (!how.derivatives) return picture(std::move(scene), photo, SlotLayout(), how.spp, how.seed);
   Point there = point;
-  Film film = render_derivatives(
+  return render_derivatives(
       model_.problem, model_.differences, scene, photo, point.scalars, how.purpose,
       *how.derivatives, [&](const Vector& at, const SlotLayout& layout, Paths paths) {
         there.scalars = at;
@@ -170,8 +165,6 @@ Film PhotoEvaluator::rendered(const Point& point, const Photo& photo, const Eval
         return picture(scene_of(photo, there), photo, layout, how.spp, seed,
                        paths == Paths::kDirect);
       });
-  leave_out_unread(photo, how, film);
-  return film;
 }
 
 PhotoQuestion PhotoEvaluator::question(const Point& point, const Photo& photo,
@@ -237,7 +230,9 @@ Film PhotoEvaluator::answer(const PhotoQuestion& question) {
   photo.alignment = question.alignment;
   photo.pixels = question.pixels;
   aims_[photo.id] = question.aims;
-  return rendered(question.point, photo, question.how);
+  Film film = rendered(question.point, photo, question.how);
+  leave_out_unread(photo, question.how, film);
+  return film;
 }
 
 PhotoEvaluator::Expected::~Expected() {
