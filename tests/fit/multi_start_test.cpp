@@ -156,13 +156,15 @@ TEST(Search, IsRepeatable) {
 }
 
 /// The fit whose search is cancelled in that render.
-FitResult cancelled(int render, double start) {
+FitResult cancelled(int render, double start, const TwoBasins& picture = {},
+                    std::uint64_t seed = 0) {
   FitSettings settings = settings_with("on");
+  settings.seed = seed;
   int renders = 0;
   settings.renderer = [&](const Scene& scene, const Camera& camera, const SlotLayout& layout,
                           const RenderSettings& render_settings, Progress* progress) {
     if (++renders == render) throw Cancelled("cancelled");
-    return TwoBasins()(scene, camera, layout, render_settings, progress);
+    return picture(scene, camera, layout, render_settings, progress);
   };
   Fit fit(synthetic_scene(), {grey_capture()}, roughness_from(start), settings);
   EXPECT_TRUE(render <= 2 || fit.step());
@@ -194,10 +196,15 @@ TEST(Search, ThatIsCancelledAtOnceLeavesTheStart) {
   EXPECT_EQ(found.search.points, 0);
 }
 
+// The start is the truth, but under noise some points look better. Of 80 such fits none leaves it; of
+// those that take the best rank whatever the noise, 68 do.
 TEST(Search, ThatIsCancelledLeavesAGoodStart) {
-  const FitResult found = cancelled(80, 0.2);
-  EXPECT_EQ(found.best[0], 0.2);
-  EXPECT_FALSE(found.search.moved);
+  for (const int render : {80, 180})
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      const FitResult found = cancelled(render, 0.2, {.noise = 1}, seed);
+      EXPECT_EQ(found.best[0], 0.2) << seed;
+      EXPECT_FALSE(found.search.moved) << seed;
+    }
 }
 
 }  // namespace

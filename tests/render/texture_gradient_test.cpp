@@ -188,6 +188,23 @@ TEST(TextureGradient, TexelsOfCellsAddUpToTheGradient) {
   }
 }
 
+// Only the middle of three by three cells counts.
+TEST(TextureGradient, TexelsOfACellAreThoseOfItsPixels) {
+  const Scene scene = textured({"", {0.3f, 0.9f, 0.1f, 0.7f}, 0, 0.4});
+  const RenderSettings settings = settings_of(21, 4);
+  std::vector<float> weights(static_cast<std::size_t>(settings.width) * settings.height);
+  for (std::size_t y = 8; y < 16; ++y)
+    for (std::size_t x = 8; x < 16; ++x) weights[y * settings.width + x] = 1;
+  const FieldJacobian found =
+      render_field_jacobian(scene, scene.cameras[0], {ImageRef{0}}, settings, weights, 8);
+  ASSERT_EQ(found.places[0].size(), 9u);
+  for (std::size_t cell = 0; cell < 9; ++cell) {
+    double sum = 0;
+    for (const auto& [texel, slope] : found.places[0][cell]) sum += std::abs(slope[0]);
+    EXPECT_EQ(sum > 0, cell == 4) << cell;
+  }
+}
+
 TEST(TextureGradient, RefusesWhatHasNone) {
   const RenderSettings settings = settings_of(2, 1);
   const auto refused = [&](const Scene& scene, const std::vector<FieldRef>& unknown) {
