@@ -78,9 +78,6 @@ class Fields {
   int channels(std::size_t field) const { return static_cast<int>(shapes_[field].back()); }
   /// Of a surface, as it is at the start; null: a grid, a mesh, or the world's image.
   const Texture* image(std::size_t field) const { return images_[field].get(); }
-  const std::shared_ptr<const Texture>& shared_image(std::size_t field) const {
-    return images_[field];
-  }
   /// Whether it is the image of a colour whose channels act on their own channels of the surface alone.
   bool acts_by_channel(std::size_t field) const;
   /// Which colours of a mesh lie next to each other; null: it is none.

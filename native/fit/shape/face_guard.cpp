@@ -146,19 +146,26 @@ FaceGuard::FaceGuard(std::vector<Triangle> triangles, const VertexNormals& norma
 }
 
 void FaceGuard::set(const VertexMatrix& positions) {
-  faces_ = faces_of(positions);
+  keep(faces_of(positions), crossings(positions, triangles_, joined_));
+}
+
+void FaceGuard::keep(Faces faces, const std::vector<Crossing>& found) {
+  faces_ = std::move(faces);
   crossing_edges_.clear();
   crossed_triangles_.clear();
-  for (const Crossing& one : crossings(positions, triangles_, joined_)) {
+  for (const Crossing& one : found) {
     crossing_edges_.insert(one.edge);
     crossed_triangles_.insert(one.triangle);
   }
 }
 
 FaceGuard::Verdict FaceGuard::move_to(const VertexMatrix& positions) {
-  if (!turned(faces_of(positions)).empty()) return Verdict::kTurned;
-  if (!crossing(positions).empty()) return Verdict::kCrossed;
-  set(positions);
+  Faces faces = faces_of(positions);
+  if (!turned(faces).empty()) return Verdict::kTurned;
+  const std::vector<Crossing> found = crossings(positions, triangles_, joined_);
+  if (!std::ranges::all_of(found, [&](const Crossing& one) { return may_cross(one); }))
+    return Verdict::kCrossed;
+  keep(std::move(faces), found);
   return Verdict::kGood;
 }
 

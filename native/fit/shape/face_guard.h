@@ -54,6 +54,7 @@ class FaceGuard {
   Faces faces_of(const VertexMatrix& positions) const;
   std::vector<std::size_t> turned(const Faces& faces) const;
   bool may_cross(const Crossing& one) const;
+  void keep(Faces faces, const std::vector<Crossing>& found);
 
   std::vector<std::array<int, 3>> triangles_;
   std::vector<int> joined_;

@@ -54,8 +54,8 @@ struct FieldGaussNewtonOptions {
   }
 };
 
-/// Gauss-Newton for the voxels of albedo grids, images of colours and numbers and the world's image, for
-/// `JointGaussNewton`. A voxel stands for each of them in what follows.
+/// Gauss-Newton for fields, for `JointGaussNewton`: the voxels of albedo grids, images of colours and
+/// numbers, the world's image. A voxel stands for each of them in what follows.
 ///
 /// Scattered light is smooth: means over cells of pixels hold nearly all that photos know of voxels. So
 /// the Jacobian of the cells by all voxels is small enough to be kept. It is gathered over iterations, as
@@ -66,14 +66,15 @@ struct FieldGaussNewtonOptions {
 /// orthogonal to the Jacobian of the voxels (partial regression: Frisch and Waugh 1933, Econometrica 1).
 /// The equations that they make are those of the joint normal matrix with the fields eliminated, and
 /// hold wherever the voxels are. The voxels take their own step and what a step of the scalars implies.
-/// A channel has normal equations of its own, but where a number acts on all channels (`FieldNumbers`).
-/// Before any photo a voxel of a grid lies within a standard
-/// deviation of its first value, and a pixel of the world's image near its neighbours. Voxels that a
-/// step would take beyond their bounds are pinned there, and the others make up for that (active sets).
+/// A channel has normal equations of its own, unless a number acts on all channels (`FieldNumbers`).
+///
+/// Before any photo a voxel of a grid lies within a standard deviation of its first value. A pixel of the
+/// world's image lies near its neighbours. Voxels that a step would take beyond their bounds are pinned
+/// there, and the others make up for that (active sets).
 class FieldGaussNewton {
  public:
-  /// Whether the fields are albedo grids of colours, the world's image, or images of colours and numbers, and
-  /// numbers and photos are not too many.
+  /// Whether the fields are albedo grids of colours, the world's image, or images of colours and numbers.
+  /// Numbers and photos must not be too many.
   static bool applies(const Fields& fields, const std::vector<Photo>& photos,
                       const FieldGaussNewtonOptions& options = {}) {
     return cell_size(fields, photos, options) > 0;

@@ -11,14 +11,15 @@
 
 namespace selenite {
 
-/// The numbers of fields that equations are solved for, field by field, in the order of `FieldValues`.
+/// The numbers of fields that equations are solved for.
 ///
-/// An image of more texels than are solved for at once has numbers on a coarser lattice, whose changes are
-/// interpolated between its points: photos of few pixels tell no finer ones, and detail of the start stays.
+/// They come field by field, in the order of `FieldValues`. An image of more texels than are solved for at
+/// once has numbers on a coarser lattice. Changes are interpolated between its points: photos of few pixels
+/// determine no finer ones, and detail of the start stays.
 ///
 /// A channel of a colour that acts on its own channel of the pictures has equations of its own. A number
-/// such as a roughness acts on all channels: where a field has such numbers, all numbers of all fields are
-/// unknowns of one part, whose rows are those of the three channels.
+/// such as a roughness acts on all channels. Where a field has such numbers, all numbers of all fields are
+/// unknowns of one part. Its rows are those of the three channels.
 ///
 /// A place of a field is what pictures have one derivative by, channel by channel: a colour, or such a
 /// number.
