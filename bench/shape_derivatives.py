@@ -174,7 +174,7 @@ def examine(name: str, options: argparse.Namespace, folder: Path) -> list[str]:
         for step in options.steps
     ]  # fmt: skip
     if options.cycles_samples:
-        step = options.steps[0]
+        step = options.cycles_step
         wanted = _differences(cycles, start, chosen, step, options.cycles_seeds)
         rows.append(_compared(f"{name}, Cycles, step {step:g}", found, wanted))
     return rows
@@ -188,8 +188,9 @@ def main() -> int:
     asked.add_argument("--spp", type=int, default=256, help="of a render (%(default)s)")
     asked.add_argument("--seeds", type=int, default=8, help="(%(default)s)")
     asked.add_argument("--steps", type=float, nargs="+", default=[0.01, 0.004])
-    asked.add_argument("--cycles-samples", type=int, default=1024, help="0: without Cycles")
-    asked.add_argument("--cycles-seeds", type=int, default=4, help="(%(default)s)")
+    asked.add_argument("--cycles-samples", type=int, default=2048, help="0: without Cycles")
+    asked.add_argument("--cycles-seeds", type=int, default=8, help="(%(default)s)")
+    asked.add_argument("--cycles-step", type=float, default=0.0015, help="(%(default)s)")
     options = asked.parse_args()
     table = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what Blender prints
