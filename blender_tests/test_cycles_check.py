@@ -16,6 +16,7 @@ from command_line import command
 from selenite import native
 from selenite.capture.request import CaptureRequest
 from selenite.cli import main
+from selenite.cycles_check import render as cycles_render
 from selenite.cycles_check import render_settings
 from selenite.cycles_check.compare import Estimate, judge, misfit
 from selenite.cycles_check.job import CheckJob, verdict
@@ -133,6 +134,20 @@ def test_comparison_settings_leave_no_remark():
 
 
 @pytest.mark.blender34
+def test_a_scene_without_a_layer_for_rendering_is_shown_as_it_is_read(tmp_path):
+    """Blender itself ends by a signal where no view layer is used for rendering."""
+    made.studio()
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    pictures = []
+    for used in (True, False):
+        scene.view_layers[0].use = used
+        path = tmp_path / "picture.exr"
+        pictures.append(cycles_render.render(scene, "Camera", (8, 8), 4, 1, path))
+    assert pictures[0].mean() > 0.1
+    np.testing.assert_array_equal(*pictures)
+
+
 def test_check_renders_the_given_values_and_changes_nothing(tmp_path):
     material = made.studio(base_color=(0.8, 0.8, 0.8), roughness=0.5)
     scene = bpy.context.scene

@@ -12,6 +12,7 @@ import numpy as np
 import parity_cases as parity
 import pytest
 
+from selenite.cycles_check import render as cycles_render
 from selenite.scene_read.shading import panorama
 from selenite.scene_read.shading.panorama import sizes
 from selenite.scene_read.shading.world import evaluate
@@ -261,6 +262,21 @@ def test_what_is_constant_or_a_plain_image_is_read_as_before(world):
     assert values.world.image.shape == (16, 32, 3)
     assert not _said(values)
     assert not values.world.backdrops
+
+
+@pytest.mark.parametrize(("radiance", "is_black"), [(1e16, False), (1e21, True)])
+def test_a_light_too_bright_for_cycles_is_named(world, tmp_path, radiance, is_black):
+    node = world.image()
+    pixels = np.full((16, 32, 4), radiance, np.float32)
+    node.image.pixels.foreach_set(pixels.ravel())
+    node.image.pack()
+    world.link(node.outputs[0], world.background.inputs["Color"])
+    named = [text for text in made.read().warnings if "Cycles shows all surfaces black" in text]
+    assert len(named) == is_black
+    path = tmp_path / "picture.exr"
+    picture = cycles_render.render(bpy.context.scene, "Camera", (24, 24), 4, 1, path)
+    ball = picture[10:14, 10:14]
+    assert (ball.max() == 0) if is_black else (ball.min() > 0.01 * radiance)
 
 
 @pytest.mark.blender34

@@ -177,6 +177,21 @@ def test_a_sheared_portal_is_none_of_ours():
     assert any("portal" in text for text in values.warnings)
 
 
+@pytest.mark.blender34
+@pytest.mark.parametrize("shape", ["SQUARE", "RECTANGLE", "DISK", "ELLIPSE"])
+def test_an_area_lamp_with_a_side_of_nothing_is_dark(native, tmp_path, shape):
+    floor()
+    lamp("POINT")
+    uneven = shape in {"RECTANGLE", "ELLIPSE"}
+    dark = lamp("AREA", name="Dark", shape=shape, size=1.0 if uneven else 0.0)
+    if uneven:
+        dark.data.size_y = 0.0
+    values = made.read()
+    assert [light.name for light in values.lights] == ["Key"] and not lamp_problems(values)
+    assert any("'Dark'" in text and "a side of 0" in text for text in values.warnings)
+    assert_equals_cycles(native, tmp_path)
+
+
 def again(item, at, scale=(1.0, 1.0, 1.0)):
     """Another object of the same lamp."""
     other = made.add("Other", item.data)

@@ -14,6 +14,7 @@ import numpy as np
 
 from .. import native
 from ..scene_read.camera import named_cameras
+from ..scene_read.reading.render_depsgraph import view_layer_of
 from ..scene_read.reading.without_words import without_words
 from ..scene_read.values import CameraValues
 from .compare import Estimate
@@ -39,6 +40,8 @@ def render(
         marker.camera = None
     name = camera if isinstance(camera, str) else camera.name
     scene.camera = named_cameras(scene)[name]
+    if not any(layer.use for layer in scene.view_layers):  # without one, Blender ends by a signal
+        view_layer_of(scene).use = True
     if not isinstance(camera, str):
         _set_lens(scene.camera.data, camera)  # type: ignore[arg-type]
     scene.render.resolution_x, scene.render.resolution_y = size

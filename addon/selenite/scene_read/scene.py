@@ -345,6 +345,10 @@ def _read_lamp(
     if lights.is_portal(light):
         read.warn(remark(thing("Light", light.name), "is a portal, which is not needed", " "))
         return
+    if lights.is_line(light):
+        text = "has a side of 0, with which Cycles shows no light, and is left out; enlarge it"
+        read.warn(remark(thing("Light", light.name), text, " "))
+        return
     key = (light.name, light.library.filepath if light.library is not None else "")
     name = called.get(key) or _free_name(light.name, "light", read)
     if name != light.name:

@@ -72,6 +72,12 @@ def is_portal(light: bpy.types.Light) -> bool:
     return light.type == "AREA" and bool(getattr(light.cycles, "is_portal", False))
 
 
+def is_line(light: bpy.types.Light) -> bool:
+    """Whether a side of an area lamp is 0. Cycles 4.5 shows no light of it, and all of it at a side
+    of 1e-6."""
+    return light.type == "AREA" and min(_sides(light)) == 0
+
+
 def why_fixed(light: bpy.types.Light, parameter: str) -> Reason:
     """Why `power` or `color` of a lamp cannot be written; empty if it can."""
     if light.library is not None:

@@ -27,6 +27,9 @@ ENVIRONMENT = "environment"
 ROTATION = "rotation"
 _FORWARD = ("POINT", "VECTOR")
 _CURE = "use a Background node with a colour or an equirectangular Environment Texture"
+#: Radiance of an image beyond which Cycles, which squares it, shows all surfaces black: with bpy
+#: 4.5 1e17 is right still, 1e19 is black.
+_BRIGHTEST = 1e17
 _NOTHING = Reason("nothing is linked to the Surface of the world's output", "link a Background")
 
 
@@ -318,6 +321,10 @@ def _read(
         return WorldValues(
             color, light.strength, image if is_sampled else None, backdrops=tuple(backdrops)
         )
+    brightest = abs(light.strength) * float(lit.image.max(initial=0))
+    if brightest > _BRIGHTEST:
+        text = f"its light is {brightest:.0e}, at which Cycles shows all surfaces black; dim it"
+        warnings.append(remark(title, text))
     place = find_rotation(world)[0]
     return WorldValues(
         (1.0, 1.0, 1.0),
