@@ -51,7 +51,6 @@ if TYPE_CHECKING:
         Stage = _core.Stage
         Fit = _core.Fit
         StageWorker = _core.StageWorker
-        prepare = staticmethod(_core.prepare)
         parameters = staticmethod(_core.parameters)
         closures = staticmethod(_core.closures)
         losses = staticmethod(_core.losses)

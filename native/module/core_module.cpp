@@ -5,7 +5,6 @@
 
 #include "math/error.h"
 #include "math/instruction_set.h"
-#include "model/tables/albedo_tables.h"
 #include "module/bindings.h"
 #include "module/problem_binding.h"
 #include "scene/geometry.h"
@@ -71,8 +70,6 @@ PYBIND11_MODULE(_core, m) {
   });
   selenite::bind_problem(m);
   py::register_exception<selenite::Cancelled>(m, "Cancelled", PyExc_RuntimeError);
-  m.def("prepare", &selenite::AlbedoTables::prepare,
-        "Begins what a first render waits for (half a second of tables), in a thread of its own.");
   selenite::bind_parameters(m);
   selenite::bind_scene(m);
   selenite::bind_render(m);

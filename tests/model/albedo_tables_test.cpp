@@ -5,6 +5,7 @@
 
 #include "model/fresnel.h"
 #include "model/micronormals.h"
+#include "model/tables/quadrature/albedo_view.h"
 
 namespace selenite {
 namespace {
@@ -37,6 +38,25 @@ TEST(AlbedoTables, MirrorAgreesWithAnIntegralOverLightDirections) {
       EXPECT_NEAR(tables.mirror(i / 31., j / 31.),
                   mirror_by_directions(i / 31., j / 31., [](double) { return 1.; }), 2e-4)
           << i << " " << j;
+}
+
+// At nodes, where nothing is interpolated.
+TEST(AlbedoTables, HoldWhatTheQuadratureGives) {
+  const AlbedoTables& tables = AlbedoTables::get();
+  for (const int i : {3, 17, 31})
+    for (const int j : {2, 15, 31}) {
+      const double roughness = i / 31., c = j / 31.;
+      EXPECT_NEAR(tables.mirror(roughness, c), AlbedoView(roughness, c).mirror(), 2e-7);
+    }
+  for (const int i : {1, 6, 15})
+    for (const int j : {1, 9, 15})
+      for (const int k : {1, 7, 14}) {
+        const double roughness = i / 15., c = j / 15., z = k / 15., n = (1 + z * z) / (1 - z * z);
+        const AlbedoView view(roughness, c);
+        EXPECT_NEAR(tables.rise(roughness, c, z), view.rise(n), 2e-7);
+        EXPECT_NEAR(tables.glass(roughness, c, z, false), view.glass(n), 2e-7);
+        EXPECT_NEAR(tables.glass(roughness, c, z, true), view.glass(1 / n), 2e-7);
+      }
 }
 
 TEST(AlbedoTables, AreOneWithoutRoughnessAndFallWithIt) {

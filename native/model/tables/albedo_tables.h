@@ -10,7 +10,7 @@ namespace selenite {
 /// Directional albedos of single-scattering GGX lobes, which Cycles reads for energy compensation and
 /// for layering. They are integrals without closed form; Cycles interpolates tables of them, and
 /// rendering what Cycles renders means interpolating at the same nodes. The values are worked out by
-/// our own quadrature at first use.
+/// our own quadrature (quadrature/) when Selenite is built.
 ///
 /// Axes, all uniform on [0, 1]: roughness, cosine c of the viewer's direction, and
 /// z = sqrt(|n - 1| / (n + 1)) for the index of refraction n. Only c differs from lane to lane.
@@ -18,7 +18,7 @@ class AlbedoTables {
  public:
   static constexpr int kFine = 32, kCoarse = 16;
 
-  /// Built on the first call (well under a second), then shared; thread-safe.
+  /// The values are constants of the program.
   static const AlbedoTables& get();
 
   /// Begins to build them in a thread of its own, so that a render that follows need not wait.

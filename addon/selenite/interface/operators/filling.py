@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import bpy
 
-from ... import native
 from ...advice.information.job import BackgroundJob
 from ...cycles_check.render_settings import contents_of
 from ...fit.unknowns import USUAL
@@ -30,7 +29,6 @@ def list_parameters(scene: bpy.types.Scene) -> list[Problem]:
 
 def fill(scene: bpy.types.Scene, values: SceneValues) -> list[Problem]:
     """As `list_parameters`, with what was read, without a survey if there is a window."""
-    native.core().prepare()  # while the user ticks
     refresh_rows(scene, values)
     remember(scene.name, values)
     if not bpy.app.background:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "model/tables/albedo_view.h"
+#include "model/tables/quadrature/albedo_view.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,12 +2,12 @@
 #include "model/tables/albedo_tables.h"
 
 #include <algorithm>
-#include <future>
+#include <array>
 
 #include "math/parallel_for.h"
 #include "model/fresnel.h"
-#include "model/tables/albedo_view.h"
 #include "model/tables/gauss_legendre.h"
+#include "model/tables/quadrature/albedo_view.h"
 
 namespace selenite {
 namespace {
@@ -45,11 +45,6 @@ AlbedoTables::AlbedoTables() {
   // The rows with the most work come first.
   parallel_for(kCoarse + kFine, 0,
                [this](int row) { row < kCoarse ? fill_coarse(row) : fill_fine(row - kCoarse); });
-}
-
-void AlbedoTables::prepare() {
-  // The future's destructor waits at the end of the process: nothing runs after the statics are gone.
-  static const std::future<void> building = std::async(std::launch::async, [] { get(); });
 }
 
 void AlbedoTables::fill_fine(int i) {
