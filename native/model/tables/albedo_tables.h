@@ -18,11 +18,7 @@ class AlbedoTables {
  public:
   static constexpr int kFine = 32, kCoarse = 16;
 
-  /// The values are constants of the program.
   static const AlbedoTables& get();
-
-  /// Begins to build them in a thread of its own, so that a render that follows need not wait.
-  static void prepare();
 
   /// Reflection lobe with reflectance 1.
   template <class T, class C>
