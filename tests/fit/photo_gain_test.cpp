@@ -42,6 +42,7 @@ struct Setting {
   Film film(const Vector& x, std::size_t photo, bool derivatives = true) {
     Evaluation how{8, 3 + photo};
     if (derivatives) how.derivatives = Differences{};
+    how.all_pictures = true;
     return evaluator.evaluate({x, problem.fields().start()}, problem.photos()[photo], how);
   }
 };

@@ -37,7 +37,7 @@ class FitSettings:
     depth: int = 0
     threads: int = 0
     accumulate: bool = True
-    picture_spp: int = 64
+    picture_spp: int = 32
     physical_refraction: bool = False
     search: str = "auto"
     precision: str = "usual"
@@ -140,9 +140,7 @@ def number(value: float) -> str:
 
 
 PRESETS = {
-    "draft": FitSettings(
-        iterations=25, until_converged=False, height=128, picture_spp=32, precision="draft"
-    ),
+    "draft": FitSettings(iterations=25, until_converged=False, height=128, precision="draft"),
     "balanced": FitSettings(),
     "accurate": FitSettings(iterations=60, spp=16, picture_spp=512, precision="exact"),
 }

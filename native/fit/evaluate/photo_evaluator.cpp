@@ -34,6 +34,7 @@ FilmLoss loss_of_rendered(FilmLoss loss, const Colorf& gain) {
 
 /// Pictures that no phase reads need neither travel nor keep their memory, as `clear` would let them.
 void leave_out_unread(const Photo& photo, const Evaluation& how, Film& film) {
+  if (how.all_pictures) return;
   film.aim_excess = Picture();
   if (!how.halves) film.half_a = Picture();
   const bool gradient = how.purpose == Purpose::kGradient;
@@ -155,9 +156,13 @@ Film PhotoEvaluator::picture(Scene scene, const Photo& photo, const SlotLayout& 
 
 Film PhotoEvaluator::rendered(const Point& point, const Photo& photo, const Evaluation& how) {
   Scene scene = scene_of(photo, point);
-  if (!how.derivatives) return picture(std::move(scene), photo, SlotLayout(), how.spp, how.seed);
+  if (!how.derivatives) {
+    Film film = picture(std::move(scene), photo, SlotLayout(), how.spp, how.seed);
+    leave_out_unread(photo, how, film);
+    return film;
+  }
   Point there = point;
-  return render_derivatives(
+  Film film = render_derivatives(
       model_.problem, model_.differences, scene, photo, point.scalars, how.purpose,
       *how.derivatives, [&](const Vector& at, const SlotLayout& layout, Paths paths) {
         there.scalars = at;
@@ -165,6 +170,8 @@ Film PhotoEvaluator::rendered(const Point& point, const Photo& photo, const Eval
         return picture(scene_of(photo, there), photo, layout, how.spp, seed,
                        paths == Paths::kDirect);
       });
+  leave_out_unread(photo, how, film);
+  return film;
 }
 
 PhotoQuestion PhotoEvaluator::question(const Point& point, const Photo& photo,
@@ -230,9 +237,7 @@ Film PhotoEvaluator::answer(const PhotoQuestion& question) {
   photo.alignment = question.alignment;
   photo.pixels = question.pixels;
   aims_[photo.id] = question.aims;
-  Film film = rendered(question.point, photo, question.how);
-  leave_out_unread(photo, question.how, film);
-  return film;
+  return rendered(question.point, photo, question.how);
 }
 
 PhotoEvaluator::Expected::~Expected() {

@@ -15,7 +15,7 @@ constexpr double kTooManyDropped = 1e-3;  ///< share of the samples
 /// Member by member: the gaps between them hold anything, and equal questions have equal bytes.
 void members_of(Evaluation& how, SavedState& state) {
   bool derivatives = how.derivatives.has_value();
-  state(how.spp, how.seed, how.purpose, how.halves, derivatives);
+  state(how.spp, how.seed, how.purpose, how.halves, how.all_pictures, derivatives);
   if (!derivatives) return;
   if (state.reading()) how.derivatives.emplace();
   Differences& which = *how.derivatives;

@@ -20,7 +20,8 @@ struct Evaluation {
   std::uint64_t seed;
   std::optional<Differences> derivatives{};
   Purpose purpose = Purpose::kInstrumental;
-  bool halves = true;  ///< whether anybody asks for those of the picture
+  bool halves = true;         ///< whether anybody asks for those of the picture
+  bool all_pictures = false;  ///< also those that no phase reads
 };
 
 /// What a fit has rendered.
