@@ -33,8 +33,8 @@ def texels(alpha=True):
 
 
 def write_png(path, values, transparent=None):
-    """8 or 16 bits, straight alpha. values: (h, w, 4) RGBA, or (h, w, 2) grey and alpha, or
-    (h, w, 1) grey; transparent: the value of a grey that counts as transparent."""
+    """8 or 16 bits, straight alpha. values: (h, w, 4) RGBA, (h, w, 3) RGB, (h, w, 2) grey and
+    alpha, or (h, w, 1) grey; transparent: the value of a grey that counts as transparent."""
     height, width, channels = values.shape
     depth = 8 * values.dtype.itemsize
     rows = values.astype(values.dtype.newbyteorder(">")).reshape(height, -1)
@@ -44,7 +44,7 @@ def write_png(path, values, transparent=None):
         check = struct.pack(">I", zlib.crc32(kind + body))
         return struct.pack(">I", len(body)) + kind + body + check
 
-    kind = {1: 0, 2: 4, 4: 6}[channels]
+    kind = {1: 0, 2: 4, 3: 2, 4: 6}[channels]
     header = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, depth, kind, 0, 0, 0))
     if transparent is not None:
         header += chunk(b"tRNS", struct.pack(">H", transparent))

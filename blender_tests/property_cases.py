@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -158,6 +159,17 @@ def _subsurface() -> None:
     inputs[name].default_value = 0.5
 
 
+def _alpha_of_opaque_file() -> None:
+    path = Path(bpy.app.tempdir) / "opaque.png"
+    drawn = bpy.data.images.new("Drawn", 4, 4)
+    drawn.filepath_raw, drawn.file_format = str(path), "PNG"
+    drawn.save()
+    material = bpy.data.materials["Body"]
+    node = material.node_tree.nodes.new("ShaderNodeTexImage")
+    node.image = bpy.data.images.load(str(path))
+    material.node_tree.links.new(node.outputs["Alpha"], made.principled(material).inputs["Alpha"])
+
+
 def _compositor(scene: Any, case: Case) -> None:  # noqa: ANN401
     if case.name == "node_tree":
         scene.use_nodes = True
@@ -197,6 +209,7 @@ def _smoke(modifier: Any, _: Case) -> None:  # noqa: ANN401
 
 #: What has to be so besides, for the property to act
 PREPARE: dict[str, Callable[[], None]] = {
+    "CyclesRenderSettings.shading_system": _alpha_of_opaque_file,
     "CyclesRenderSettings.texture_limit_render": _simplify,
     "CyclesRenderSettings.texture_resolution_render": _simplify,
     "RenderSettings.use_crop_to_border": _region,

@@ -5,11 +5,13 @@ Rows as in test_texture_parity.
 """
 
 import bpy
+import made_scenes as made
 import numpy as np
 import pytest
 from made_images import linear_name, texels, write_png, write_tga, write_tiff
 from strips import NotHere, render_strips, shine, texture
 
+from selenite.cycles_check import render as cycles_render
 from selenite.scene_read.shading import images
 from selenite.scene_read.shading.nodes import Unreadable
 
@@ -89,3 +91,30 @@ def test_equals_cycles_or_is_refused_by_name(pictures, label):
         return
     ours, cycles = result
     np.testing.assert_allclose(ours, cycles, rtol=1e-4, atol=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("channels", "is_packed", "alpha"), [(3, False, 0), (1, False, 0), (3, True, 1), (4, False, 1)]
+)
+def test_open_shading_language_takes_files_without_alpha_for_transparent(
+    tmp_path, channels, is_packed, alpha
+):
+    pixels = np.full((4, 4, channels), 255, np.uint8)
+    write_png(tmp_path / "image.png", pixels)
+    image = bpy.data.images.load(str(tmp_path / "image.png"))
+    if is_packed:
+        image.pack()
+    material = made.material("Body")
+    made.principled(material).inputs["Base Color"].default_value = (0, 0, 0, 1)
+    made.socket(material, "emission_strength").default_value = 1
+    shine(material, texture(material, image).outputs["Alpha"])
+    bpy.ops.mesh.primitive_plane_add(size=40)
+    bpy.context.object.data.materials.append(material)
+    made.camera(distance=5)
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    scene.cycles.shading_system = True
+    named = [text for text in made.read().warnings if "Open Shading Language" in text]
+    assert len(named) == (alpha == 0)
+    picture = cycles_render.render(scene, "Camera", (8, 8), 4, 1, tmp_path / "picture.exr")
+    assert picture[2:6, 2:6].mean() == pytest.approx(alpha, abs=0.01)

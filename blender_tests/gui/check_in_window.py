@@ -53,7 +53,7 @@ def steps():
     assert bpy.context.scene.render.engine == engine
 
     settings.picture_spp = ENDLESS
-    state.RUN.plan = None  # takes the settings as they are now
+    state.RUN.last = None  # takes the settings as they are now
     in_window(bpy.ops.selenite.check_in_cycles, "INVOKE_DEFAULT")
     left = state.CHECK.job.folder
     yield rendering

@@ -26,6 +26,9 @@ _PASS_ON = {
     "NodeGroupOutput",
 }
 
+#: Bits of a pixel of one or three channels.
+_WITHOUT_ALPHA = {8, 24, 48, 96}
+
 
 @dataclass(frozen=True)
 class Scope:
@@ -60,6 +63,20 @@ class Scope:
         """Whether anything scatters light in a volume."""
         return self.has_volume_objects or any(
             link.to_socket.name == "Volume" for item in self.materials for link in _links(item)
+        )
+
+    @cached_property
+    def has_alpha_of_opaque_files(self) -> bool:
+        """Whether a material uses the alpha of an image file that has none."""
+        nodes = (node for item in self.materials for node in _nodes(item))
+        images = (node for node in nodes if isinstance(node, bpy.types.ShaderNodeTexImage))
+        return any(
+            node.image is not None
+            and node.image.source == "FILE"
+            and node.image.packed_file is None
+            and node.image.depth in _WITHOUT_ALPHA
+            and node.outputs["Alpha"].is_linked
+            for node in images
         )
 
     @cached_property
@@ -162,6 +179,11 @@ def with_media(_: Block, scope: Scope) -> bool:
 def with_transmission(_: Block, scope: Scope) -> bool:
     """Rays that were refracted exist only with a material that refracts."""
     return scope.has_transmission
+
+
+def with_alpha_of_opaque_files(_: Block, scope: Scope) -> bool:
+    """Where Open Shading Language shows something else than the other shading system."""
+    return scope.has_alpha_of_opaque_files
 
 
 def with_caustics(_: Block, scope: Scope) -> bool:

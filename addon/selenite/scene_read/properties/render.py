@@ -175,7 +175,13 @@ CYCLES = table(
         """,
     ),
     no_effect("direct_light_sampling_type"),  # for debug builds of Cycles
-    noise_only("shading_system"),  # rounding: the means of equal seeds agree within 0.07 %
+    warned(  # beside rounding: the means of equal seeds agree within 0.07 %
+        "shading_system",
+        False,
+        "with Open Shading Language, Cycles takes an image file without alpha for transparent",
+        "switch off Open Shading Language, pack the image, or unlink its Alpha",
+        acts=when.with_alpha_of_opaque_files,
+    ),
     warned(
         "texture_limit_render",
         "OFF",
