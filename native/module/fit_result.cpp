@@ -62,20 +62,20 @@ FitHistory history_of(const FitJob& job, const RunResult& run) {
   for (const EndedStage* one : stages) k += std::ssize(one->result.history);
   py::array_t<int> stage(k), iteration(k);
   py::array_t<double> loss(k), validation(k), error(k), bias({k, py::ssize_t{3}});
-  RunPoint point = job.unknowns().start();
+  RunPoint point = job.unknowns().scalars_at_start();
   std::vector<py::array_t<double>> columns, means;
   for (const auto& [name, numbers] : point.scalars)
     columns.emplace_back(std::vector<py::ssize_t>{k, std::ssize(numbers)});
-  std::vector<Color<double>> mean;
-  for (const auto& [name, values] : point.fields) {
-    means.emplace_back(std::vector<py::ssize_t>{k, 3});
-    mean.push_back(job.unknowns().mean(name, values));
-  }
+  std::vector<std::pair<std::string, Color<double>>> mean = job.unknowns().means_at_start();
+  for (std::size_t f = 0; f < mean.size(); ++f) means.emplace_back(std::vector<py::ssize_t>{k, 3});
   py::ssize_t i = 0;
   int done = 0, number = 0;
   for (const EndedStage* one : stages) {
     ++number;
-    const std::vector<std::string>& fields = one->problem->fields().names();
+    const Fields& fields = one->problem->fields();
+    const auto own = [&](const std::string& name) {
+      return std::ranges::find(fields.names(), name) - fields.names().begin();
+    };
     for (const HistoryRow& row : one->result.history) {
       stage.mutable_at(i) = number;
       iteration.mutable_at(i) = done + row.iteration;
@@ -83,30 +83,29 @@ FitHistory history_of(const FitJob& job, const RunResult& run) {
       validation.mutable_at(i) = row.validation;
       error.mutable_at(i) = row.validation_standard_error;
       for (int c = 0; c < 3; ++c) bias.mutable_at(i, c) = row.mean_bias[c];
-      RunPoint at{point.scalars, {}};
+      RunPoint at = point;
       at.take(*one->problem, row.values, {});
       for (std::size_t j = 0; j < columns.size(); ++j)
         for (std::size_t c = 0; c < at.scalars[j].second.size(); ++c)
           columns[j].mutable_at(i, static_cast<py::ssize_t>(c)) = at.scalars[j].second[c];
       for (std::size_t f = 0; f < means.size(); ++f) {
-        const auto own = std::ranges::find(fields, point.fields[f].first);
+        const auto at_field = static_cast<std::size_t>(own(mean[f].first));
         const Color<double>& there =
-            own == fields.end() ? mean[f]
-                                : row.field_means[static_cast<std::size_t>(own - fields.begin())];
+            at_field < row.field_means.size() ? row.field_means[at_field] : mean[f].second;
         for (int c = 0; c < 3; ++c) means[f].mutable_at(i, c) = there[c];
       }
       ++i;
     }
     done += one->result.iterations;
-    point.take(*one->problem, one->result.best, *one->result.fields_best);
-    for (std::size_t f = 0; f < means.size(); ++f)
-      mean[f] = job.unknowns().mean(point.fields[f].first, point.fields[f].second);
+    point.take(*one->problem, one->result.best, {});
+    for (auto& [name, color] : mean)
+      if (const auto f = static_cast<std::size_t>(own(name)); f < fields.names().size())
+        color = fields.mean(f, (*one->result.fields_best)[f]);
   }
   py::dict values, of_fields;
   for (std::size_t j = 0; j < columns.size(); ++j)
     values[py::str(point.scalars[j].first)] = columns[j];
-  for (std::size_t f = 0; f < means.size(); ++f)
-    of_fields[py::str(point.fields[f].first)] = means[f];
+  for (std::size_t f = 0; f < means.size(); ++f) of_fields[py::str(mean[f].first)] = means[f];
   FitHistory found{iteration, loss, validation, error, bias, values, of_fields, {}};
   if (job.stages().size() > 1) found.stage = stage;
   return found;
@@ -218,12 +217,18 @@ FoundFit found_by(const FitJob& job) {
   const FitState s = job.state();
   const EndedStage& newest = run.newest;
   const FitResult& r = newest.result;
-  RunPoint best = *run.point, last = *run.point;
-  best.take(*newest.problem, r.best, *r.fields_best);
-  last.take(*newest.problem, r.last, *r.fields_last);
-  for (RunPoint* point : {&best, &last})
-    job.unknowns().fill_waiting(*point, job.stages(), run.ended.size() + 1);
   FoundFit found;
+  // One after the other: the points of large fields take memory.
+  const auto take = [&](const Vector& x, const FieldValues& fields, py::dict& values,
+                        py::dict& arrays) {
+    RunPoint point = *run.point;
+    point.take(*newest.problem, x, fields);
+    job.unknowns().fill_waiting(point, job.stages(), run.ended.size() + 1);
+    values = values_dict(point);
+    arrays = fields_dict(job.unknowns(), point);
+  };
+  take(r.last, *r.fields_last, found.values_last, found.fields_last);
+  take(r.best, *r.fields_best, found.values_best, found.fields_best);
   int before = 0;
   RenderCounts sum = r;
   found.shape_steps = r.shape_steps;
@@ -236,10 +241,6 @@ FoundFit found_by(const FitJob& job) {
     found.shape_steps.intersecting += one->result.shape_steps.intersecting;
     found.shape_steps.given_up += one->result.shape_steps.given_up;
   }
-  found.values_last = values_dict(last);
-  found.values_best = values_dict(best);
-  found.fields_last = fields_dict(job.unknowns(), last);
-  found.fields_best = fields_dict(job.unknowns(), best);
   found.best_iteration = before + r.best_iteration;
   found.best_validation = r.best_validation;
   found.best_validation_standard_error = r.best_validation_standard_error;

@@ -59,8 +59,7 @@ void plan_restart(RenderPlan& plan) {
 
 struct Descent::Next {
   Point point;
-  FieldAdam field_adam;
-  PhotoAgreement agreement;
+  std::optional<FieldsByAdam> by_adam;
   std::unique_ptr<JointGaussNewton> joint;
   /// A copy where the optimiser steps between renders: a cancelled iteration leaves no trace.
   std::unique_ptr<Optimiser> optimiser;
@@ -75,15 +74,15 @@ Descent::Descent(const FitRun& run, DescentOptions options)
       strategy_(&run.strategy),
       options_(options),
       blocks_(run.strategy.blocks(run.problem)),
-      field_adam_(run.problem.fields()),
-      agreement_(run.problem.fields()),
       restart_(run) {
-  if (strategy_->joint)
+  if (strategy_->joint) {
     joint_ = std::make_unique<JointGaussNewton>(problem_->scalars(), problem_->fields(),
                                                 run.point.fields, GaussNewtonOptions{},
                                                 FieldGaussNewtonOptions::of(problem_->settings()));
-  else
+  } else {
     optimiser_ = strategy_->optimiser.make(problem_->scalars());
+    by_adam_.emplace(problem_->fields());
+  }
 }
 
 const GaussNewton* Descent::gauss_newton() const {
@@ -120,14 +119,11 @@ bool Descent::iterate(FitRun& run) {
   const bool reverted = strategy_->alternates && block.first && due &&
                         is_worse(validation, run.best.validation(), options_.revert_sigmas);
   if (reverted) validation = run.best.validation();
-  const Point from = reverted ? Point{result.best, *result.fields_best} : run.point;
+  const Point best = reverted ? Point{result.best, *result.fields_best} : Point{};
+  const Point& from = reverted ? best : run.point;
   HistoryRow row = run.row(from);
-  Next next{from,
-            field_adam_,
-            agreement_,
-            joint_ ? std::make_unique<JointGaussNewton>(*joint_) : nullptr,
-            problem_->settings().accumulate ? nullptr : optimiser_->clone(),
-            field_steps(run)};
+  Next next{from, by_adam_, joint_ ? std::make_unique<JointGaussNewton>(*joint_) : nullptr,
+            problem_->settings().accumulate ? nullptr : optimiser_->clone(), field_steps(run)};
   if (next.joint && reverted) next.joint->set_fields(from.fields);
   observe_photos(run, block, row, next);
   const double keep = kept();
@@ -146,8 +142,7 @@ bool Descent::iterate(FitRun& run) {
   if (due && within_tolerance(run)) return run.stop(StopReason::kTolerance);
   run.point.scalars = result.last = problem_->unknowns().project(next.point.scalars);
   run.point.fields = std::move(next.point.fields);
-  field_adam_ = std::move(next.field_adam);
-  agreement_ = std::move(next.agreement);
+  by_adam_ = std::move(next.by_adam);
   joint_ = std::move(next.joint);
   if (block.fields && strategy_->after_multi_start() && !joint_) smooth_images(run, block);
   if (!problem_->fields().empty())
@@ -192,7 +187,7 @@ void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& 
         next.point, photo, problem_->fields(),
         {problem_->loss(), problem_->scalars().weights->of_loss(index)}, how);
     next.gradients.resize(found.fields.size());
-    next.agreement.add(found.fields);
+    next.by_adam->agreement.add(found.fields);
     for (std::size_t f = 0; f < next.gradients.size(); ++f) {
       std::vector<double>& sum = next.gradients[f];
       sum.resize(found.fields[f].size());
@@ -222,7 +217,7 @@ void Descent::observe_photos(FitRun& run, const Block& block, HistoryRow& row, N
         run.evaluator.expect(next.point, photos[k], with_derivatives(run, of_step(run, k)));
       });
     observe(run, i, block, next);
-    if (i + 1 == photos.size()) next.agreement.end_round();
+    if (i + 1 == photos.size() && next.by_adam) next.by_adam->agreement.end_round();
     row.loss += share * next.seen.back().loss.value;
     row.mean_bias += mean_bias(next.seen.back().film, photos[i]) * share;
     if (block.fields && !next.joint && (strategy_->after_multi_start() || !accumulate)) {
@@ -263,10 +258,10 @@ void Descent::step_all(const Block& block, bool reverted, Next& next) {
 void Descent::step_fields(Next& next) const {
   const bool by_agreement = problem_->settings().by_agreement();
   for (std::size_t f = 0; f < next.how.size(); ++f) {
-    const double pattern = by_agreement ? next.agreement.share(f) : 0;
+    const double pattern = by_agreement ? next.by_adam->agreement.share(f) : 0;
     next.how[f].prior = {(1 - pattern) * next.misfit, count_of(problem_->photos())};
   }
-  next.field_adam.step(next.point.fields, next.gradients, next.how);
+  next.by_adam->adam.step(next.point.fields, next.gradients, next.how);
   next.gradients.clear();
   next.misfit = 0;
 }
@@ -299,7 +294,7 @@ bool Descent::finish(FitRun& run) {
   if (!run.best.may_yield(x, run.result) && begin_restart(run)) return true;
   for (std::size_t f = 0; f < run.result.patterns.size(); ++f)
     run.result.patterns[f].left =
-        joint_ ? joint_->field_solver().pattern_left() : agreement_.share(f);
+        joint_ ? joint_->field_solver().pattern_left() : by_adam_->agreement.share(f);
   const Validation validation =
       restart_.found() ? *restart_.found() : run.validate({x, run.point.fields});
   if (!run.best.yields(x, validation, run.result) && begin_restart(run)) return true;
@@ -372,11 +367,13 @@ double Descent::fraction() const {
 }
 
 void Descent::members(SavedState& state) {
-  if (joint_)
+  if (joint_) {
     state(*joint_);
-  else
+  } else {
     optimiser_->members(state);
-  state(field_adam_, agreement_, field_means_, restart_, done_, weighed_);
+    state(by_adam_->adam, by_adam_->agreement);
+  }
+  state(field_means_, restart_, done_, weighed_);
 }
 
 void Descent::plan(RenderPlan& plan) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "fit/objective/photo_agreement.h"
@@ -45,6 +46,12 @@ class Descent final : public Phase {
   const JointGaussNewton* joint() const { return joint_.get(); }
 
  private:
+  /// Fields that Adam steps. Its moments are as large as all fields twice.
+  struct FieldsByAdam {
+    FieldAdam adam;
+    PhotoAgreement agreement;
+    explicit FieldsByAdam(const Fields& fields) : adam(fields), agreement(fields) {}
+  };
   /// What an iteration makes of the photos and hands to the run when all of it has succeeded.
   struct Next;
 
@@ -73,10 +80,9 @@ class Descent final : public Phase {
   const Strategy* strategy_;
   DescentOptions options_;
   BlockSchedule blocks_;
-  std::unique_ptr<Optimiser> optimiser_;  ///< of the scalars; null: `joint_`
-  FieldAdam field_adam_;
-  PhotoAgreement agreement_;                 ///< on what Adam steps images by
-  std::unique_ptr<JointGaussNewton> joint_;  ///< of voxels together with scalars
+  std::unique_ptr<Optimiser> optimiser_;     ///< of the scalars; null: `joint_`
+  std::optional<FieldsByAdam> by_adam_;      ///< of fields by Adam; nothing: `joint_` steps them
+  std::unique_ptr<JointGaussNewton> joint_;  ///< of fields together with scalars
   FieldValues field_means_;                  ///< of a block so far
   LowRoughnessRestart restart_;
   int done_ = 0;

@@ -301,23 +301,23 @@ Scene Fields::scene_with(const Scene& scene, const FieldValues& values) const {
 
 std::vector<Color<double>> Fields::means(const FieldValues& values) const {
   std::vector<Color<double>> means;
-  for (std::size_t f = 0; f < refs_.size(); ++f) {
-    const Vector& v = values[f];
-    const int n = channels(f);
-    const Eigen::VectorXd shares =
-        is_environment(f)
-            ? sphere_shares(shapes_[f])
-            : Eigen::VectorXd::Constant(v.size() / n,
-                                        static_cast<double>(n) / static_cast<double>(v.size()));
-    Color<double> sum;
-    for (Eigen::Index i = 0; i < v.size(); i += n) {
-      const Color<double> stored(v[i], v[i + 1 % n], v[i + 2 % n]);
-      sum +=
-          (images_[f] ? Color<double>(images_[f]->decode(Colorf(stored))) : stored) * shares[i / n];
-    }
-    means.push_back(sum);
-  }
+  for (std::size_t f = 0; f < refs_.size(); ++f) means.push_back(mean(f, values[f]));
   return means;
+}
+
+Color<double> Fields::mean(std::size_t field, const Vector& values) const {
+  const int n = channels(field);
+  const Texture* const image = images_[field].get();
+  const double even = static_cast<double>(n) / static_cast<double>(values.size());
+  Eigen::VectorXd shares;
+  if (is_environment(field)) shares = sphere_shares(shapes_[field]);
+  Color<double> sum;
+  for (Eigen::Index i = 0; i < values.size(); i += n) {
+    const Color<double> stored(values[i], values[i + 1 % n], values[i + 2 % n]);
+    sum += (image ? Color<double>(image->decode(Colorf(stored))) : stored) *
+           (shares.size() > 0 ? shares[i / n] : even);
+  }
+  return sum;
 }
 
 /// Values of places that no photo shows stay as they were.

@@ -91,6 +91,7 @@ class Fields {
   /// Mean of each field, of an image in linear light, of the world's over the sphere; three channels
   /// a field (equal ones where it holds numbers).
   std::vector<Color<double>> means(const FieldValues& values) const;
+  Color<double> mean(std::size_t field, const Vector& values) const;
   /// The numbers of a field with the mean of those that differ from the start's, of each channel, at all places.
   Vector evened(std::size_t field, const Vector& values) const;
 

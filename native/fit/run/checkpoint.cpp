@@ -7,7 +7,7 @@
 namespace selenite {
 namespace {
 
-constexpr const char* kFormat = "19 ";  ///< of the saved state: a new number for every change
+constexpr const char* kFormat = "20 ";  ///< of the saved state: a new number for every change
 
 }  // namespace
 

@@ -79,11 +79,23 @@ RunUnknowns::RunUnknowns(std::vector<UnknownParameter> wanted, const std::vector
 }
 
 RunPoint RunUnknowns::start() const {
-  RunPoint point;
-  for (const UnknownParameter& one : scalars_) point.scalars.emplace_back(one.name(), one.start);
+  RunPoint point = scalars_at_start();
   for (const Field& one : fields_)
     point.fields.emplace_back(one.wanted.name(), one.alone->start()[0]);
   return point;
+}
+
+RunPoint RunUnknowns::scalars_at_start() const {
+  RunPoint point;
+  for (const UnknownParameter& one : scalars_) point.scalars.emplace_back(one.name(), one.start);
+  return point;
+}
+
+std::vector<std::pair<std::string, Color<double>>> RunUnknowns::means_at_start() const {
+  std::vector<std::pair<std::string, Color<double>>> means;
+  for (const Field& one : fields_)
+    means.emplace_back(one.wanted.name(), one.alone->mean(0, one.alone->start()[0]));
+  return means;
 }
 
 const RunUnknowns::Field& RunUnknowns::field(const std::string& name) const {
@@ -95,10 +107,6 @@ const RunUnknowns::Field& RunUnknowns::field(const std::string& name) const {
 
 const std::vector<std::ptrdiff_t>& RunUnknowns::shape(const std::string& name) const {
   return field(name).alone->shape(0);
-}
-
-Color<double> RunUnknowns::mean(const std::string& name, const Vector& values) const {
-  return field(name).alone->means({values})[0];
 }
 
 void RunUnknowns::fill_waiting(RunPoint& point, const std::vector<Stage>& stages,

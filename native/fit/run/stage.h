@@ -41,6 +41,10 @@ class RunUnknowns {
   RunUnknowns(std::vector<UnknownParameter> wanted, const std::vector<Stage>& stages);
 
   RunPoint start() const;
+  /// The same without its fields, which can be large.
+  RunPoint scalars_at_start() const;
+  /// Of each field by name, as `Fields::means`.
+  std::vector<std::pair<std::string, Color<double>>> means_at_start() const;
   /// Fields that no stage up to this one fits, and in whose place one colour is fitted, filled with it.
   void fill_waiting(RunPoint& point, const std::vector<Stage>& stages, std::size_t stage) const;
   /// The scene of a stage at a point.
@@ -49,8 +53,6 @@ class RunUnknowns {
   std::vector<UnknownParameter> unknowns_at(const Stage& stage, const RunPoint& point) const;
   /// (nz, ny, nx, channels) of a grid, (height, width, 3) of an image.
   const std::vector<std::ptrdiff_t>& shape(const std::string& field) const;
-  /// Of all places of a field, as `Fields::means`.
-  Color<double> mean(const std::string& field, const Vector& values) const;
 
  private:
   struct Field {
