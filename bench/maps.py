@@ -8,7 +8,8 @@ scattering. `normal`: a ball with a normal map of bumps. `memory`: a ball of 200
 an image of 2048 x 2048 texels, a few iterations.
 
 A row each: error of the texels that photos see, their share, the error of the last photo in dB
-below its brightest tenth, iterations, CPU seconds and the peak of memory.
+below its brightest tenth, iterations, CPU seconds and the peak of memory. The error of a colour is
+1 over its root mean square, in dB: of linear values and of those that an 8-bit file holds.
 """
 
 from __future__ import annotations
@@ -172,6 +173,12 @@ def _photograph(folder: Path, samples: int) -> None:
         bpy.ops.render.render(write_still=True)
 
 
+def _coded(linear: np.ndarray) -> np.ndarray:
+    """As an 8-bit image holds colours, from 0 to 1."""
+    lit = np.clip(linear.astype(float), 0, 1)
+    return np.where(lit < 0.0031308, 12.92 * lit, 1.055 * lit ** (1 / 2.4) - 0.055)
+
+
 def _error(name: str, found: np.ndarray, wanted: np.ndarray, seen: np.ndarray) -> str:
     """Of the texels that are seen."""
     if name == "normal":
@@ -185,7 +192,9 @@ def _error(name: str, found: np.ndarray, wanted: np.ndarray, seen: np.ndarray) -
     rms = math.sqrt((off**2).mean())
     if name == "roughness":
         return f"{rms:.3f}, mean {np.abs(off).mean():.3f}"
-    return f"{-20 * math.log10(rms):.1f} dB"
+    coded = (_coded(found[..., :3]) - _coded(wanted))[seen]
+    shown = math.sqrt((coded**2).mean())
+    return f"{-20 * math.log10(rms):.1f} dB, coded {-20 * math.log10(shown):.1f} dB"
 
 
 def examine(name: str, options: argparse.Namespace, more: list[str], folder: Path) -> str:

@@ -98,6 +98,20 @@ TEST(ImageFields, ADarkPhotoDoesNotRule) {
   EXPECT_GT(second_weighs(GainFreedom::kScalar), 1000) << "dark by its exposure";
 }
 
+/// A few iterations find them, then samples are what is missing. Beside scalars a refinement has them.
+TEST(ImageFields, LaterIterationsOfImagesAloneHaveMoreSamples) {
+  const std::vector<Photo> photos(2, taken_photos(board({0.8f, 0.6f, 0.6f, 0.7f}), kSize)[0]);
+  const Scene start = board({0.5f, 0.5f, 0.5f, 0.5f});
+  FitProblem alone(start, photos, {texels()}, fit_settings(40));
+  const Strategy strategy(alone);
+  EXPECT_EQ(strategy.samples(alone, 9), 1);
+  EXPECT_EQ(strategy.samples(alone, 10), 4);
+  FitSettings by_adam = fit_settings(40);
+  by_adam.accumulate = false;
+  FitProblem stepped(start, photos, {texels()}, by_adam);
+  EXPECT_EQ(Strategy(stepped).samples(stepped, 39), 1);
+}
+
 class ImageFit : public testing::TestWithParam<bool> {};
 
 TEST_P(ImageFit, FindsTheTexels) {

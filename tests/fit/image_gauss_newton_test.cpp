@@ -154,6 +154,47 @@ TEST(ImageGaussNewton, ThePriorCountsByWhatPhotosDisagreeOn) {
   EXPECT_NEAR(patterned.newton->prior_strength(), 0.01 * variance, 0.004 * variance);
 }
 
+/// Texels explain no background: its noise must not smooth them.
+TEST(ImageGaussNewton, TheNoiseOfABackgroundIsNoErrorOfTexels) {
+  LinearImage world;
+  const auto is_background = [](Eigen::Index pixel) { return pixel % kSide < kSide / 4; };
+  world.newton = FieldGaussNewton::of(world.fields, world.photos);
+  world.newton->set_values(world.fields.start());
+  for (std::size_t i = 0; i < world.photos.size(); ++i) {
+    for (Eigen::Index pixel = 0; pixel < kSide * kSide; ++pixel)
+      if (is_background(pixel)) world.slopes[i][static_cast<std::size_t>(pixel)].clear();
+    world.newton->gather(i, {{}, {CellJacobian(kSide * kSide, 0)}, {world.slopes[i]}});
+    Halves halves;
+    halves.residual_a.resize(kRows);
+    for (Eigen::Index row = 0; row < kRows; ++row)
+      halves.residual_a[row] = world.normal(world.random) * (is_background(row / 3) ? 5 : 0.05f);
+    halves.residual_b = halves.residual_a;
+    halves.variance = Eigen::VectorXf::Zero(kRows);
+    world.newton->add_residual(i, halves, world.weights[i], 0);
+  }
+  world.newton->solve(1);
+  const double variance = world.weights[0][0] * 0.05 * 0.05;
+  EXPECT_NEAR(world.newton->prior_strength(), variance, 0.1 * variance);
+}
+
+/// The variance of a weighted mean: of one sample and four later ones, and of a mean that forgets half.
+TEST(ImageGaussNewton, MeansOfResidualsHaveTheNoiseOfTheirSamples) {
+  const auto strength = [](double keep, double samples) {
+    LinearImage world;
+    for (const double count : {1.0, samples})
+      for (std::size_t i = 0; i < world.photos.size(); ++i) {
+        Halves halves;
+        halves.residual_a = halves.residual_b = Eigen::VectorXf::Zero(kRows);
+        halves.variance = Eigen::VectorXf::Constant(kRows, static_cast<float>(0.02 / count));
+        world.newton->add_residual(i, halves, world.weights[i], keep, count);
+      }
+    world.newton->solve(1);
+    return world.newton->prior_strength() / world.weights[0][0];
+  };
+  EXPECT_NEAR(strength(1, 4), 0.01 / 5, 1e-6);
+  EXPECT_NEAR(strength(0.5, 1), 0.01 * 5 / 9, 1e-6);
+}
+
 TEST(ImageGaussNewton, ThePriorCountsByTheWholeMisfitWhereThatIsAskedFor) {
   LinearImage asked(4, false);
   asked.add_residuals(LinearImage::pattern(), {0, 0}, 0.005f);

@@ -67,6 +67,7 @@ struct Descent::Next {
   std::vector<Observation> seen{};
   std::vector<std::vector<double>> gradients{};
   double misfit = 0;  ///< sum of the losses behind them
+  int samples = 1;    ///< of this iteration, in units of the usual ones
 };
 
 Descent::Descent(const FitRun& run, DescentOptions options)
@@ -124,6 +125,7 @@ bool Descent::iterate(FitRun& run) {
   HistoryRow row = run.row(from);
   Next next{from, by_adam_, joint_ ? std::make_unique<JointGaussNewton>(*joint_) : nullptr,
             problem_->settings().accumulate ? nullptr : optimiser_->clone(), field_steps(run)};
+  next.samples = strategy_->samples(*problem_, result.iterations);
   if (next.joint && reverted) next.joint->set_fields(from.fields);
   observe_photos(run, block, row, next);
   const double keep = kept();
@@ -154,8 +156,9 @@ bool Descent::iterate(FitRun& run) {
 
 Evaluation Descent::of_step(const FitRun& run, std::size_t index) const {
   const FitSettings& settings = problem_->settings();
-  return {settings.spp, stream_seed(settings.seed, Stream::kStep, run.result.iterations,
-                                    static_cast<int>(index))};
+  const int spp = settings.spp * strategy_->samples(*problem_, run.result.iterations);
+  return {spp, stream_seed(settings.seed, Stream::kStep, run.result.iterations,
+                           static_cast<int>(index))};
 }
 
 Evaluation Descent::with_derivatives(const FitRun& run, const Evaluation& how) const {
@@ -181,7 +184,7 @@ void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& 
                                                        next.joint->field_solver().shares(index),
                                                        next.joint->field_solver().cell(), how);
     seen.film = std::move(found.film);
-    next.joint->gather_fields(index, std::move(found));
+    next.joint->gather_fields(index, std::move(found), next.samples);
   } else if (block.fields) {
     FieldGradient found = run.evaluator.field_gradient(
         next.point, photo, problem_->fields(),
@@ -243,7 +246,7 @@ void Descent::step_all(const Block& block, bool reverted, Next& next) {
   if (next.joint) {
     if (reverted) next.joint->reset_equations();
     x = block.scalars ? next.joint->step(x, next.seen)
-                      : next.joint->step_by_residuals(x, next.seen);
+                      : next.joint->step_by_residuals(x, next.seen, next.samples);
     next.point.fields = next.joint->fields();
     return;
   }
@@ -398,7 +401,9 @@ void Descent::plan(RenderPlan& plan) {
     if (block.fields) {
       // A loss that is no sum over pixels has its slopes from a render before.
       const int renders = plan.strategy.joint || plan.problem.loss().per_pixel ? 1 : 2;
-      plan.add(PhaseKind::kDescent, plan.pixels, settings.spp, renders, Carried::kFieldDerivatives);
+      plan.add(PhaseKind::kDescent, plan.pixels,
+               settings.spp * plan.strategy.samples(plan.problem, i), renders,
+               Carried::kFieldDerivatives);
     }
     if (!block.scalars) continue;
     if (plan.problem.fields().empty() || plan.problem.unknowns().size() > 0) {

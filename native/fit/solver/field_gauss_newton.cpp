@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "fit/objective/pixel_blocks.h"
@@ -45,6 +46,12 @@ std::vector<char> counted_cells(const Photo& photo, int cell) {
       counted[static_cast<std::size_t>(y / cell * columns + x / cell)] = 1;
     }
   return counted;
+}
+
+/// A residual counts by how much its cell depends on fields: the noise of a bright background is none of theirs.
+double variance_of(const Eigen::VectorXf& residual, const Eigen::VectorXf& strength) {
+  const double all = strength.cast<double>().dot((residual.array() != 0).cast<double>().matrix());
+  return all > 0 ? strength.cast<double>().dot(residual.cast<double>().cwiseAbs2()) / all : 0;
 }
 
 /// Three of each, as the numbers of pixels lie.
@@ -182,7 +189,7 @@ Eigen::MatrixXf FieldGaussNewton::of_cells(const View& view, const Pixels& pixel
 }
 
 void FieldGaussNewton::add_residual(std::size_t i, const Halves& seen,
-                                    const Eigen::VectorXf& weight, double keep) {
+                                    const Eigen::VectorXf& weight, double keep, double samples) {
   View& view = views_[i];
   const Eigen::ArrayXf share = of_numbers(view.share);
   Eigen::MatrixXf sums(share.size(), 3);
@@ -194,17 +201,17 @@ void FieldGaussNewton::add_residual(std::size_t i, const Halves& seen,
     return sums.col(k).reshaped(view.jacobian.rows(), 3);
   };
   const double kept = keep * view.seen;
-  const auto fresh = static_cast<float>(1 / (kept + 1));
+  const auto fresh = static_cast<float>(samples / (kept + samples));
   view.residual += fresh * (of_channels(0) - view.residual);
-  view.variance += fresh * (of_channels(1) - view.variance);
-  view.seen = kept + 1;
+  view.variance = square(1 - fresh) * view.variance + square(fresh) * of_channels(1);
+  view.seen = kept + samples;
   view.weight = (of_channels(2).array() > 0).select(of_channels(2).cwiseInverse(), 0.f);
 }
 
-void FieldGaussNewton::gather(std::size_t i, const FieldJacobian& derivatives, double weight) {
+void FieldGaussNewton::gather(std::size_t i, const FieldJacobian& derivatives, double samples) {
   View& view = views_[i];
   const double kept = options_.jacobian_kept * view.gathered;
-  const auto fresh = static_cast<float>(weight / (kept + weight));
+  const auto fresh = static_cast<float>(samples / (kept + samples));
   Eigen::Index at = 0;
   for (const CellJacobian& one : derivatives.fields) {
     auto block = view.jacobian.middleCols(at, one.cols());
@@ -212,7 +219,7 @@ void FieldGaussNewton::gather(std::size_t i, const FieldJacobian& derivatives, d
     at += one.cols();
   }
   if (has_images()) gather_places(view, derivatives.places, fresh);
-  view.gathered = kept + weight;
+  view.gathered = kept + samples;
 }
 
 void FieldGaussNewton::gather_places(View& view, const std::vector<PlaceSlopes>& places,
@@ -299,7 +306,8 @@ Eigen::VectorXf FieldGaussNewton::leverage(const CellMatrix& jacobian,
   return sides.cwiseProduct(explained).rowwise().mean();
 }
 
-/// The trace of that matrix counts the degrees of freedom that texels take from the residuals.
+/// The trace of that matrix counts the degrees of freedom that texels take from the residuals. These count as in
+/// `variance_of`.
 double FieldGaussNewton::remaining_variance(const CellMatrix& jacobian, const NormalMatrix& normal,
                                             const Eigen::VectorXf& residual) const {
   Eigen::MatrixXf sides(residual.size(), 1 + options_.probes);
@@ -307,11 +315,20 @@ double FieldGaussNewton::remaining_variance(const CellMatrix& jacobian, const No
   const Eigen::MatrixXd seen = jacobian.transposed_times(sides).cast<double>();
   const Eigen::MatrixXf explained = jacobian.times(normal.solve(seen).cast<float>());
   const auto probed = Eigen::seq(1, Eigen::last);
-  const double trace =
-      sides(Eigen::all, probed).cwiseProduct(explained(Eigen::all, probed)).cast<double>().sum() /
-      options_.probes;
-  const double left = static_cast<double>((residual.array() != 0).count()) - trace;
-  return (residual - explained.col(0)).cast<double>().squaredNorm() / std::max(left, 1.0);
+  const Eigen::ArrayXd strength = jacobian.squared_rows().cast<double>().array();
+  const Eigen::ArrayXd taken = sides(Eigen::all, probed)
+                                   .cwiseProduct(explained(Eigen::all, probed))
+                                   .cast<double>()
+                                   .rowwise()
+                                   .mean()
+                                   .array();
+  const double left = (strength * ((residual.array() != 0).cast<double>() - taken)).sum();
+  const double squares =
+      (strength * (residual - explained.col(0)).cast<double>().array().square()).sum();
+  // At least that of one cell of their mean strength.
+  const double least =
+      strength.square().sum() / std::max(strength.sum(), std::numeric_limits<double>::min());
+  return squares / std::max(left, least);
 }
 
 void FieldGaussNewton::solve(double done) {
@@ -331,8 +348,7 @@ void FieldGaussNewton::solve(double done) {
       count += root.size();
       noise += (parts.back().squared_rows().array() * weight.array() *
                 system.part.rows_of(view.variance).array())
-                   .sum() /
-               std::max(view.seen, 1.0);
+                   .sum();
     }
     system.jacobian = std::make_shared<const CellMatrix>(CellMatrix::stacked(parts));
     Eigen::VectorXf& residual = residuals.emplace_back(count);
@@ -345,8 +361,7 @@ void FieldGaussNewton::solve(double done) {
     system.descent = -system.jacobian->transposed_times(residual).cast<double>();
     const double all = system.normal.trace();
     system.variance = all > 0 ? noise / all : 0;
-    system.whole = residual.cast<double>().squaredNorm() /
-                   std::max<double>(static_cast<double>((residual.array() != 0).count()), 1);
+    system.whole = variance_of(residual, system.jacobian->squared_rows());
     system.remaining = system.whole;
     if (all > 0 && !options_.by_agreement)
       system.variance = std::max(system.variance, system.whole);

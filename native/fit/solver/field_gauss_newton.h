@@ -93,10 +93,11 @@ class FieldGaussNewton {
   /// Goes on from these values, at which no residual has been seen. The first ones are the prior's.
   void set_values(const FieldValues& values);
   /// Adds the residuals of photo i at the current values; of those before, the share `keep` stays.
-  /// `weight` of the residuals, 3 numbers a pixel.
-  void add_residual(std::size_t i, const Halves& seen, const Eigen::VectorXf& weight, double keep);
-  /// Derivatives join the sums; `weight`: their samples in units of those of an iteration.
-  void gather(std::size_t i, const FieldJacobian& derivatives, double weight = 1);
+  /// `weight` of the residuals, 3 numbers a pixel; `samples` in units of those of an iteration.
+  void add_residual(std::size_t i, const Halves& seen, const Eigen::VectorXf& weight, double keep,
+                    double samples = 1);
+  /// Derivatives join the sums; `samples` as above.
+  void gather(std::size_t i, const FieldJacobian& derivatives, double samples = 1);
 
   /// Makes the normal equations; `done`: share of the iterations, as damping falls.
   void solve(double done);
@@ -141,8 +142,8 @@ class FieldGaussNewton {
     PlaceSlopes near{};               ///< of images in its place: the largest of each cell
     Eigen::MatrixXf far{};            ///< and the rest, three columns a group of places
     double gathered = 0;              ///< iterations in it
-    Eigen::MatrixXf residual, variance, weight;  ///< of the cells, a column a channel
-    double seen = 0;                             ///< iterations in `residual`
+    Eigen::MatrixXf residual, variance, weight;  ///< of the cells, a column a channel; of the mean
+    double seen = 0;                             ///< iterations in `residual`, by their samples
     Eigen::MatrixXf slopes;  ///< by the scalars; rows are cells, channel by channel
     void members(SavedState& state);
   };

@@ -17,15 +17,15 @@ JointGaussNewton::JointGaussNewton(const Problem& problem, const Fields& fields,
 
 /// A sample that is bright by chance has large derivatives by texels, too: residuals meet those of other
 /// samples.
-void JointGaussNewton::gather_fields(std::size_t i, FieldJacobian derivatives) {
+void JointGaussNewton::gather_fields(std::size_t i, FieldJacobian derivatives, double samples) {
   if (fields_.has_images())
-    waiting_.emplace_back(i, std::move(derivatives));
+    waiting_.push_back({i, std::move(derivatives), samples});
   else
-    fields_.gather(i, derivatives);
+    fields_.gather(i, derivatives, samples);
 }
 
 void JointGaussNewton::gather_waiting() {
-  for (const auto& [photo, derivatives] : waiting_) fields_.gather(photo, derivatives);
+  for (const Waiting& one : waiting_) fields_.gather(one.photo, one.derivatives, one.samples);
   waiting_.clear();
 }
 
@@ -44,9 +44,10 @@ Vector JointGaussNewton::step(const Vector& x, std::span<const Observation> seen
 }
 
 /// Along a narrow valley, in which steps of scalars and fields in turns are slow.
-Vector JointGaussNewton::step_by_residuals(const Vector& x, std::span<const Observation> seen) {
+Vector JointGaussNewton::step_by_residuals(const Vector& x, std::span<const Observation> seen,
+                                           double samples) {
   const std::vector<Halves> halves = residual_halves(*problem_, seen);
-  add_residuals(seen);
+  add_residuals(seen, samples);
   if (!scalars_.has_instruments()) {
     // Light is linear, and scalars go astray beside even texels: both go ahead of what is not.
     if (fields_.has_environment() || fields_.has_images()) {
@@ -79,11 +80,11 @@ double JointGaussNewton::kept(int joined) const {
 
 /// Their Jacobian has the gains in it. These minimise the photos and the prior together, so the slope by a
 /// voxel is that at a fixed gain, without the prior.
-void JointGaussNewton::add_residuals(std::span<const Observation> seen) {
+void JointGaussNewton::add_residuals(std::span<const Observation> seen, double samples) {
   for (const Observation& one : seen) {
     const auto i = static_cast<std::size_t>(one.photo);
     fields_.add_residual(i, residual_halves(one.film, problem_->photos[i]), scalars_.weights()[i],
-                         kept(joined_ + 1));
+                         kept(joined_ + 1), samples);
   }
 }
 

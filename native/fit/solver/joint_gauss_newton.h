@@ -33,12 +33,14 @@ class JointGaussNewton {
                    const FieldGaussNewtonOptions& field_options = {});
 
   /// Derivatives of photo i by the fields join the sums.
-  void gather_fields(std::size_t i, FieldJacobian derivatives);
+  /// `samples`: those of an iteration count 1.
+  void gather_fields(std::size_t i, FieldJacobian derivatives, double samples = 1);
   /// The next scalars, inside the bounds, from one observation per photo; `fields` are the next fields.
   /// Throws std::runtime_error naming the unknown when a derivative is not finite.
   Vector step(const Vector& x, std::span<const Observation> seen);
   /// The same without derivatives by the scalars. Returns `x` before the first `step`.
-  Vector step_by_residuals(const Vector& x, std::span<const Observation> seen);
+  /// `samples` of the observations, in units of those of an iteration.
+  Vector step_by_residuals(const Vector& x, std::span<const Observation> seen, double samples = 1);
   /// See `Optimiser`.
   void watch(const Progress* progress) { scalars_.watch(progress); }
   bool converged() const { return scalars_.converged(); }
@@ -60,7 +62,7 @@ class JointGaussNewton {
 
  private:
   /// The fields see the residuals of an iteration.
-  void add_residuals(std::span<const Observation> seen);
+  void add_residuals(std::span<const Observation> seen, double samples = 1);
   /// `halves`: of the residuals, with the priors of free gains.
   Measurement measure(std::span<const Observation> seen, const std::vector<Halves>& halves);
   /// Derivatives by texels that wait join the sums.
@@ -73,7 +75,12 @@ class JointGaussNewton {
   double aging_;
   GaussNewton scalars_;
   FieldGaussNewton fields_;
-  std::vector<std::pair<std::size_t, FieldJacobian>> waiting_;  ///< of photos, by texels
+  struct Waiting {
+    std::size_t photo;
+    FieldJacobian derivatives;
+    double samples;
+  };
+  std::vector<Waiting> waiting_;  ///< of photos, by texels
   int joined_ = 0;  ///< iterations that have joined the equations, those of the fields included
 };
 

@@ -13,6 +13,12 @@
 namespace selenite {
 namespace {
 
+/// Least model error of images alone in Gauss-Newton, where `dim_share_of_fields` makes all pixels bright: by the
+/// usual one all count alike, however much noise they have. Measured: docs/measurements/fields.md, "Maps".
+constexpr double kModelErrorOfImages = 0.01;
+constexpr int kSamplesOfImages =
+    4;  ///< of later iterations of images alone, in those of an iteration
+
 bool any_on_surface(const Fields& fields) {
   for (std::size_t f = 0; f < fields.refs().size(); ++f)
     if (fields.on_surface(f)) return true;
@@ -109,6 +115,7 @@ Strategy::Strategy(FitProblem& problem)
   const bool images_alone = has_images && problem.unknowns().size() == 0;
   if (!problem.fields().empty() && (!joint || images_alone)) {
     weights.dim_share = weights.dim_share_of_fields;  // no dark pixel rules
+    if (joint) weights.model_error = kModelErrorOfImages;
     weights.black = std::max(weights.black, common_brightness(problem.photos()));
     weights.plain_model_error = std::numeric_limits<double>::infinity();
   }
@@ -125,6 +132,13 @@ Strategy::Strategy(FitProblem& problem)
 int Strategy::most_iterations(const FitProblem& problem) const {
   const bool ends = refines && problem.fields().empty() && optimiser.averages_iterations;
   return ends ? problem.settings().chosen_most_iterations() : blocks(problem).iterations();
+}
+
+/// Images alone are nearly linear: few iterations find them, and samples limit what the others add.
+/// Measured: docs/measurements/fields.md, "Maps".
+int Strategy::samples(const FitProblem& problem, int iteration) const {
+  if (!joint || !has_images || problem.unknowns().size() > 0) return 1;
+  return iteration < problem.settings().iterations / 4 ? 1 : kSamplesOfImages;
 }
 
 BlockSchedule Strategy::blocks(const FitProblem& problem) const {

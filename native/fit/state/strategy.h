@@ -44,6 +44,8 @@ struct Strategy {
   bool estimates_by_all_iterations() const {
     return optimiser.averages_iterations && (!alternates || joint);
   }
+  /// Samples of an iteration of the descent, in units of `FitSettings::spp`.
+  int samples(const FitProblem& problem, int iteration) const;
   /// Iterations of the descent at most.
   int most_iterations(const FitProblem& problem) const;
   /// Blocks of the descent. Where voxels of a grid are stepped together with scalars it takes half of the
