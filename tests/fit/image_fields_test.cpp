@@ -100,7 +100,7 @@ TEST(ImageFields, ADarkPhotoDoesNotRule) {
 
 /// A few iterations find them, then samples are what is missing. Beside scalars a refinement has them.
 TEST(ImageFields, LaterIterationsOfImagesAloneHaveMoreSamples) {
-  const std::vector<Photo> photos(2, taken_photos(board({0.8f, 0.6f, 0.6f, 0.7f}), kSize)[0]);
+  const std::vector<Photo> photos = taken_photos(board({0.8f, 0.6f, 0.6f, 0.7f}), kSize);
   const Scene start = board({0.5f, 0.5f, 0.5f, 0.5f});
   FitProblem alone(start, photos, {texels()}, fit_settings(40));
   const Strategy strategy(alone);

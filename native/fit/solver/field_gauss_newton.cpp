@@ -364,7 +364,8 @@ void FieldGaussNewton::solve(double done) {
     system.whole = variance_of(residual, system.jacobian->squared_rows());
     system.remaining = system.whole;
     if (all > 0 && !options_.by_agreement)
-      system.variance = std::max(system.variance, system.whole);
+      system.variance =
+          std::max(system.variance, variance_of(residual, Eigen::VectorXf::Ones(residual.size())));
     // What no light explains is not noise: a residual that stays counts as well.
     if (all > 0 && has_environment())
       system.variance =
