@@ -244,6 +244,8 @@ SET: dict[str, Callable[[Any, Case], None]] = {
 COVERED = {"ObjectLightLinking.receiver_collection"}
 if not hosts.is_version_3():  # both distributions are modelled
     COVERED.add("ShaderNodeBsdfPrincipled.distribution")
+if not bpy.app.build_options.cycles_osl:
+    COVERED.add("CyclesRenderSettings.shading_system")  # without effect, as in Debian's Blender
 if "shadow_terminator_shading_offset" in bpy.types.Object.bl_rna.properties:
     COVERED.add("CyclesObjectSettings.shadow_terminator_offset")  # left over, without effect
 

@@ -182,8 +182,9 @@ def with_transmission(_: Block, scope: Scope) -> bool:
 
 
 def with_alpha_of_opaque_files(_: Block, scope: Scope) -> bool:
-    """Where Open Shading Language shows something else than the other shading system."""
-    return scope.has_alpha_of_opaque_files
+    """Where Open Shading Language shows something else than the other shading system. Without it in
+    the build, Cycles takes that one."""
+    return bpy.app.build_options.cycles_osl and scope.has_alpha_of_opaque_files
 
 
 def with_caustics(_: Block, scope: Scope) -> bool:
