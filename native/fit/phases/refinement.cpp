@@ -17,13 +17,6 @@ namespace {
 constexpr int kWarmUp = 100, kOffset = 200;  ///< purposes of seeds
 /// The first passes take shares of the samples, unless those are too few to step by.
 constexpr std::array kShares{kFirstShare, kSecondShare};
-/// Of the samples that a precision needs by the first pass: it is the last if so few would do, each value is
-/// determined, and it began near.
-constexpr double kAmple = 0.25;
-
-bool is_ample(const Vector& factors) {
-  return factors.minCoeff() > 0 && factors.maxCoeff() <= kAmple;
-}
 
 }  // namespace
 
@@ -57,17 +50,13 @@ int Refinement::pass_spp(int pass) const {
   return std::min(spp_, std::max(spp_ / share, options_.least_of_pass));
 }
 
-Vector Refinement::factors(const Estimate& now) const {
-  const Unknowns& unknowns = point_.problem->unknowns;
-  const Vector to = unknowns.project(point_.reparametrization().to_values(point_.u + now.step));
-  return samples_factors(unknowns, to, now.components, options_.precision);
-}
-
 double Refinement::wanted_samples(const Estimate& now) const {
   if (options_.precision == 0) return std::numeric_limits<double>::infinity();
+  const Unknowns& unknowns = point_.problem->unknowns;
+  const Vector to = unknowns.project(point_.reparametrization().to_values(point_.u + now.step));
   const double most = options_.hope * spp_ / pass_spp(point_.report.passes - 1);
   double wanted = 0;
-  for (const double factor : factors(now))
+  for (const double factor : samples_factors(unknowns, to, now.components, options_.precision))
     if (factor <= most) wanted = std::max(wanted, factor);
   return wanted;
 }
@@ -169,13 +158,12 @@ void Refinement::end_pass() {
   const double noise = noise_of_step();
   const int spp = pass_spp(passes - 1);
   const double wanted = wanted_samples(now);
+  const bool whole = passes > 1 && (spp == spp_ || wanted <= 1);
   const bool near =
       point_.reach_of(now) <= options_.near && now.surprise <= options_.converged_sigmas * noise;
   const bool there = near || now.surprise <= options_.converged_sigmas;
-  const bool whole = passes > 1 ? spp == spp_ || wanted <= 1
-                                : near && options_.precision > 0 && is_ample(factors(now));
   over_ = (whole && there) || passes >= options_.most_passes;
-  if (over_ && near && passes > 1 && !after_offset_) {
+  if (over_ && near && !after_offset_) {
     // Where this pass began is what the one before found: both count, by their samples.
     point_.equations.gradient *= 1 - 1 / (noise * noise);
     now = point_.estimate_here();

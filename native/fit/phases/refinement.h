@@ -37,8 +37,7 @@ struct RefinementOptions {
 ///
 /// Where the step is more than noise the pass is repeated from its end, and if the last one still is, its
 /// length is an error beside the noise. If a precision is asked for, passes take the samples that it
-/// needs by the pass before, and the one that has it is the last: the first only if it has it amply. The
-/// first passes take few samples: they are the way to where the
+/// needs by the pass before, and the one that has it is the last. The first passes take few samples: they are the way to where the
 /// next one begins, and where the last step is mostly their noise it is weighed against them by the
 /// samples of both. A value that may be known badly because its slope vanishes near there is expanded at
 /// an offset (offset_expansion.h), and where that leads elsewhere there is one more pass.
@@ -85,8 +84,6 @@ class Refinement {
   int purpose() const;
   /// Of those to come where no precision is asked for.
   int pass_spp(int pass) const;
-  /// See `samples_factors`.
-  Vector factors(const Estimate& now) const;
   /// By what factor the samples of a pass must grow until its intervals are as narrow as asked; those
   /// that no pass would bring there do not count. Infinite: all samples are wanted.
   double wanted_samples(const Estimate& now) const;
