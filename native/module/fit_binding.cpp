@@ -146,7 +146,9 @@ Raises:
       .def("history", &history_of, "of_stage"_a = false,
            "That of `result` alone, at any time: what plots want, without a copy of the fields;\n"
            "of_stage: of the stage that runs.")
-      .def("result", &found_by, "What has been found so far, at any time; a copy.");
+      .def("result", &found_by, py::kw_only(), "fields"_a = true,
+           "What has been found so far, at any time; a copy. fields: with `fields_last` and\n"
+           "`fields_best`, else these are empty.");
 }
 
 }  // namespace selenite

@@ -212,18 +212,18 @@ FitHistory history_of(const FitJob& job, bool of_stage) {
   return history_of(job, run);
 }
 
-FoundFit found_by(const FitJob& job) {
+FoundFit found_by(const FitJob& job, bool fields) {
   const RunResult run = job.result();
   const FitState s = job.state();
   const EndedStage& newest = run.newest;
   const FitResult& r = newest.result;
   FoundFit found;
   // One after the other: the points of large fields take memory.
-  const auto take = [&](const Vector& x, const FieldValues& fields, py::dict& values,
+  const auto take = [&](const Vector& x, const FieldValues& at, py::dict& values,
                         py::dict& arrays) {
-    RunPoint point = *run.point;
-    point.take(*newest.problem, x, fields);
-    job.unknowns().fill_waiting(point, job.stages(), run.ended.size() + 1);
+    RunPoint point = fields ? *run.point : RunPoint{run.point->scalars, {}};
+    point.take(*newest.problem, x, at);
+    if (fields) job.unknowns().fill_waiting(point, job.stages(), run.ended.size() + 1);
     values = values_dict(point);
     arrays = fields_dict(job.unknowns(), point);
   };

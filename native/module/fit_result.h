@@ -97,6 +97,7 @@ struct FoundFit {
 FitProgress progress_of(const FitJob& job);
 /// of_stage: of the stage that runs alone.
 FitHistory history_of(const FitJob& job, bool of_stage);
-FoundFit found_by(const FitJob& job);
+/// fields: with `fields_last` and `fields_best`, else these are empty.
+FoundFit found_by(const FitJob& job, bool fields);
 
 }  // namespace selenite

@@ -91,6 +91,7 @@ def fitted(args: argparse.Namespace) -> FitReport:
             say(f"going on after {job.progress().iteration} iterations")
         recorder = Recorder(unfinished, plan.request, run.inputs)
         result = _fit(job, recorder, keeps=resumes or workers is not None)
+    del job  # fields of many texels take memory, as does what follows
     return deliver(args, scene, values, plan, result, out, save, recorder, checks)
 
 

@@ -159,7 +159,7 @@ class FitJob:
             for item in plan.unknowns
             if item.name in fitted
         ]
-        fit = self.so_far()
+        fit = self._fit.result(fields=False)
         return diagnose(
             self._fit.history(of_stage=True), limits, views, from_start=index == 0,
             sure=trust.sure(fit), running=state.running,

@@ -217,8 +217,7 @@ FitState FitJob::state() const {
                        : started_
                            ? clock_.seconds_left(result.phase_fraction) + seconds_of_later_stages()
                            : kNone;
-  state.values = *published_.point;
-  state.values.fields.clear();
+  state.values.scalars = published_.point->scalars;
   state.values.take(*published_.problem, result.last, {});
   return state;
 }

@@ -141,7 +141,9 @@ def image_unknown(
     start = _start(scene, owner, request, title)
     assert start.texture is not None  # noqa: S101 - `_start` gives one
     texture = start.texture if kind.channels > 1 else numbers_of(start.texture)
-    pixels = np.clip(texture.pixels, np.float32(low), np.float32(high))
+    pixels = texture.pixels
+    if pixels.min() < np.float32(low) or pixels.max() > np.float32(high):
+        pixels = np.clip(pixels, np.float32(low), np.float32(high))
     material = next(item for item in scene.materials if item.name == owner.name)
     of_scene = kind.use in material.maps and not request.grid and request.start is None
     of_file = bool(request.grid) and not request.grid.isdecimal()
