@@ -175,7 +175,7 @@ void NormalMatrix::add(double strength, std::shared_ptr<const Precision> precisi
   }
   Sparse sum = neighbours(jacobian_->near(), strength, precision_->sparse);
   for (Eigen::Index q = 0; q < sum.cols(); ++q) sum.coeffRef(q, q) += damping[q];
-  auto preconditioner = std::make_shared<Eigen::SimplicialLDLT<Sparse>>();
+  auto preconditioner = std::make_shared<Preconditioner>();
   preconditioner->compute(sum);
   preconditioner_ = std::move(preconditioner);
 }
@@ -188,18 +188,19 @@ Eigen::MatrixXd NormalMatrix::times(const Eigen::MatrixXd& x) const {
   return product;
 }
 
-Eigen::MatrixXd NormalMatrix::solve(const Eigen::MatrixXd& right) const {
-  return decomposed_ ? Eigen::MatrixXd(decomposed_->solve(right)) : conjugate_gradients(right);
+Eigen::MatrixXd NormalMatrix::solve(const Eigen::MatrixXd& right, double tolerance) const {
+  return decomposed_ ? Eigen::MatrixXd(decomposed_->solve(right))
+                     : conjugate_gradients(right, tolerance);
 }
 
 /// All columns at once, each with its own lengths.
-Eigen::MatrixXd NormalMatrix::conjugate_gradients(const Eigen::MatrixXd& right) const {
+Eigen::MatrixXd NormalMatrix::conjugate_gradients(const Eigen::MatrixXd& right,
+                                                  double tolerance) const {
   constexpr int kMost = 100;
-  constexpr double kTolerance = 1e-4;
   Eigen::MatrixXd x = Eigen::MatrixXd::Zero(right.rows(), right.cols()), rest = right;
   Eigen::MatrixXd ahead = preconditioner_->solve(rest), way = ahead;
   Eigen::ArrayXd product = rest.cwiseProduct(ahead).colwise().sum().transpose();
-  const Eigen::ArrayXd enough = square(kTolerance) * product;
+  const Eigen::ArrayXd enough = square(tolerance) * product;
   for (int i = 0; i < kMost && (product > enough).any(); ++i) {
     const Eigen::MatrixXd mapped = times(way);
     const Eigen::ArrayXd along = way.cwiseProduct(mapped).colwise().sum().transpose();

@@ -3,7 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
-#include <Eigen/SparseCholesky>
+#include <Eigen/IterativeLinearSolvers>
 #include <Eigen/SparseCore>
 #include <memory>
 #include <vector>
@@ -70,8 +70,8 @@ struct Precision {
 /// J^T J + strength * precision + damping, symmetric and positive definite.
 ///
 /// A dense one is decomposed. A sparse one is solved by conjugate gradients, preconditioned by the
-/// Cholesky decomposition of the part that joins neighbours. Source: Saad 2003, Iterative Methods for Sparse
-/// Linear Systems, chapter 9.
+/// incomplete Cholesky decomposition of the part that joins neighbours. Sources: Saad 2003, Iterative Methods
+/// for Sparse Linear Systems, chapter 9; Lin and More 1999, SIAM Journal on Scientific Computing 21.
 class NormalMatrix {
  public:
   NormalMatrix() = default;
@@ -82,14 +82,17 @@ class NormalMatrix {
   /// Ends the sum. `like`: of another strength, whose preconditioner is taken if that is near; null: none.
   void add(double strength, std::shared_ptr<const Precision> precision,
            const Eigen::VectorXd& damping, const NormalMatrix* like = nullptr);
-  Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;
+  /// tolerance: of a sparse sum, of the length of the remainder in the preconditioner's norm.
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& right, double tolerance = 1e-4) const;
   /// The sum, where it is dense.
   const Eigen::MatrixXd& dense() const { return dense_; }
 
  private:
   using Sparse = Eigen::SparseMatrix<double>;
+  using Preconditioner =
+      Eigen::IncompleteCholesky<double, Eigen::Lower, Eigen::NaturalOrdering<int>>;
   Eigen::MatrixXd times(const Eigen::MatrixXd& x) const;
-  Eigen::MatrixXd conjugate_gradients(const Eigen::MatrixXd& right) const;
+  Eigen::MatrixXd conjugate_gradients(const Eigen::MatrixXd& right, double tolerance) const;
 
   std::shared_ptr<const CellMatrix> jacobian_;
   Eigen::VectorXd diagonal_;
@@ -98,7 +101,7 @@ class NormalMatrix {
   double strength_ = 0;
   Eigen::VectorXd damping_;
   std::shared_ptr<const Precision> precision_;
-  std::shared_ptr<const Eigen::SimplicialLDLT<Sparse>> preconditioner_;
+  std::shared_ptr<const Preconditioner> preconditioner_;
 };
 
 }  // namespace selenite
