@@ -9,8 +9,7 @@ namespace selenite {
 
 MeshSmoothing::MeshSmoothing(int vertices, const std::vector<std::array<int, 3>>& triangles,
                              double lambda)
-    : matrix_(vertices, vertices),
-      factors_(std::make_unique<Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>>()) {
+    : factors_(std::make_unique<Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>>()) {
   std::vector<std::pair<int, int>> edges;
   edges.reserve(3 * triangles.size());
   for (const auto& t : triangles)
@@ -28,8 +27,9 @@ MeshSmoothing::MeshSmoothing(int vertices, const std::vector<std::array<int, 3>>
     entries.emplace_back(a, a, lambda);
     entries.emplace_back(b, b, lambda);
   }
-  matrix_.setFromTriplets(entries.begin(), entries.end());
-  factors_->compute(matrix_);
+  Eigen::SparseMatrix<double> matrix(vertices, vertices);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  factors_->compute(matrix);
   if (factors_->info() != Eigen::Success)
     throw Refused("", "The mesh's smoothing matrix has no factors", "lower the smoothness");
 }
