@@ -19,6 +19,12 @@ pytestmark = pytest.mark.blender
 SIZE = 16
 
 
+def even(path, side, color):
+    """Writes an image of one colour."""
+    native.image().write_exr(path, np.full((side, side, 3), color, np.float32))
+    return path
+
+
 def board(tmp_path):
     """A board before a lamp, with a tree to be linked, and an Image Texture 'Map' of 2 x 2
     texels."""
@@ -39,8 +45,7 @@ def board(tmp_path):
     node = tree.nodes.new("ShaderNodeTexImage")
     node.name = "Map"
     path = str(tmp_path / "map.exr")
-    native.image().write_exr(path, np.full((2, 2, 3), (0.65, 0.4, 0.85), np.float32))
-    node.image = bpy.data.images.load(path)
+    node.image = bpy.data.images.load(even(path, 2, (0.65, 0.4, 0.85)))
     node.image.colorspace_settings.name = "Non-Color"
     return tree, node
 
@@ -130,3 +135,44 @@ def test_a_fit_finds_the_factor_and_the_saved_scene_shows_it(tmp_path, capsys):
     assert abs(ours["relative_bias"]) < 6 * ours["relative_bias_noise"] + 0.005
     open_blend(str(tmp_path / "fitted.blend"))
     assert np.abs(field().values - found[..., :1]).max() < 1e-4
+
+
+def angles(found, wanted):
+    """Between the normals that colours encode, in degrees."""
+    ours, theirs = (2 * one.astype(float) - 1 for one in (found, wanted))
+    lengths = np.linalg.norm(ours, axis=-1) * np.linalg.norm(theirs, axis=-1)
+    return np.degrees(np.arccos(np.clip((ours * theirs).sum(-1) / lengths, -1, 1)))
+
+
+def test_a_fit_finds_normals(tmp_path, capsys):
+    """Lamps of three colours show all normals in one photo. Adam stays 8 degrees off."""
+    bumpy(tmp_path)
+    tree = bpy.data.materials["Body"].node_tree
+    texels = 8
+    tree.nodes["Map"].image = bpy.data.images.load(
+        even(str(tmp_path / "flat.exr"), texels, (0.5, 0.5, 1))
+    )
+    tree.nodes["Map"].image.colorspace_settings.name = "Non-Color"
+    for index in range(3):
+        lamp = made.light(f"Sun {index}", "SUN", energy=2.0, color=np.eye(3)[index])
+        lamp.rotation_euler = (0.7, 0.0, 2 * np.pi * index / 3)
+    path = made.save(tmp_path / "scene.blend")
+    y, x = (np.mgrid[:texels, :texels] + 0.5) * 2 * np.pi / texels
+    wanted = np.dstack([0.3 * np.cos(x) * np.sin(y), 0.3 * np.sin(x), np.ones_like(x)])
+    wanted = (0.5 + 0.5 * wanted / np.linalg.norm(wanted, axis=2, keepdims=True)).astype("f4")
+    shown = build(fields.with_fields(made.read(), [field().starting_at(wanted)]))
+    film = native.core().render(shown, "Camera", SIZE, SIZE, 1024, seed=99)
+    native.image().write_exr(str(tmp_path / "photo.exr"), film.image)
+    assert angles(field().values, wanted).mean() > 10
+    status, report, _ = command(
+        capsys, "fit", path, "--fit", "Body:Map.image",
+        "--photo", f"Camera={tmp_path / 'photo.exr'}", "--height", str(SIZE), "--threads", "1",
+        "--out", str(tmp_path / "out"), "--iterations", "20", "--spp", "16",
+    )  # fmt: skip
+    assert status == 0, report
+    row = report["parameters"]["Body:Map.image"]
+    found, _, _ = native.image().read(f"{report['folder']}/{row['files'][0]}", as_linear=False)
+    off = angles(found, wanted)
+    assert off.mean() < 3, off
+    assert off.max() < 10, off
+    assert np.linalg.norm(2 * found.astype(float) - 1, axis=2) == pytest.approx(1, abs=1e-5)

@@ -2,12 +2,14 @@
 // Images whose numbers act on all channels of the pictures: one system of equations for all of them.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <random>
 
 #include "fit/image_scenes.h"
 #include "fit/problem/pixel_weights.h"
 #include "fit/solver/field_gauss_newton.h"
 #include "fit/taken_photos.h"
+#include "scene/shader/shader.h"
 
 namespace selenite {
 namespace {
@@ -207,10 +209,69 @@ TEST_P(CoupledImages, ThePriorCountsByTheErrors) {
   EXPECT_NEAR(world.newton->prior_strength(), variance, 0.15 * variance);
 }
 
+/// The board's image as the colour of a Normal Map node; `mixes`: as the share of the surface, too.
+Scene bumpy_board(bool mixes) {
+  Scene scene = mapped_board();
+  Material& material = scene.appearance.materials[0];
+  Shader shader;
+  shader.literals = {Colorf(1)};
+  shader.textures = {grey_texels()};
+  shader.operands = {-1, 0, 1};
+  Instruction look, turn;
+  look.op = Op::kImage;
+  look.count = 1;
+  look.item = 0;
+  turn.op = Op::kNormalMap;
+  turn.first = 1;
+  turn.count = 2;
+  shader.instructions = {look, turn};
+  ShaderClosure closure;
+  closure.normal = 2;
+  if (mixes) closure.weight = 1;
+  shader.closures = {closure};
+  material.shader = std::make_shared<const Shader>(shader);
+  return scene;
+}
+
+TEST(Normals, KeepTheirLength) {
+  const Fields fields(bumpy_board(false), LinearMaps::wanted({"", {"Bumps.image"}}));
+  ASSERT_TRUE(fields.encodes_normals(0));
+  const FieldNumbers numbers(fields, kTexelCount);
+  const auto any = [](double size) {
+    return Vector::NullaryExpr(3 * kTexelCount, [=](Eigen::Index k) {
+      return 0.5 + size * std::sin(1.7 * static_cast<double>(k));
+    });
+  };
+  FieldValues values{any(0.3)};
+  const Eigen::VectorXd before = 2 * values[0].array() - 1;
+  Eigen::VectorXd step = any(0.05).array() - 0.5;
+  const Eigen::VectorXd wanted = step;
+  numbers.keep_lengths(values[0], step);
+  numbers.add(step, values);
+  for (Eigen::Index k = 0; k < step.size(); k += 3) {
+    const Eigen::Vector3d vector = before.segment<3>(k), moved = step.segment<3>(k);
+    EXPECT_NEAR(moved.dot(vector), 0, 1e-12);
+    EXPECT_NEAR(moved.cross(vector).norm(), wanted.segment<3>(k).cross(vector).norm(), 1e-12);
+    const Eigen::Vector3d after = 2 * values[0].segment<3>(k).array() - 1;
+    EXPECT_NEAR(after.norm(), 1, 1e-12);
+    EXPECT_NEAR(after.cross(vector + 2 * moved).norm(), 0, 1e-12);
+  }
+}
+
+TEST(Normals, AreOfImagesThatTurnNormalsAlone) {
+  const auto encodes = [](const Scene& scene, const char* image) {
+    return Fields(scene, LinearMaps::wanted({"", {image}})).encodes_normals(0);
+  };
+  EXPECT_FALSE(encodes(mapped_board(), "Bumps.image")) << "no shader takes it";
+  EXPECT_FALSE(encodes(bumpy_board(true), "Bumps.image"));
+  EXPECT_FALSE(encodes(bumpy_board(false), "roughness_texture"));
+}
+
 INSTANTIATE_TEST_SUITE_P(Images, CoupledImages,
                          testing::Values(Case{"numbers", {"roughness_texture"}},
                                          Case{"colours_and_numbers",
-                                              {"base_color_texture", "roughness_texture"}}),
+                                              {"base_color_texture", "roughness_texture"}},
+                                         Case{"colours_of_a_graph", {"Bumps.image"}}),
                          [](const auto& info) { return info.param.name; });
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "math/overloaded.h"
 #include "math/problem_list.h"
 #include "render/shape/shape_gradient.h"
+#include "scene/shader/image_use.h"
 
 namespace selenite {
 namespace {
@@ -222,6 +223,16 @@ Scene with_field(const Scene& scene, const FittedFieldRef& ref, const Eigen::Vec
   return std::visit([&](const auto& one) { return with_values(scene, one, values); }, ref);
 }
 
+bool encodes_normals(const Scene& scene, const FittedFieldRef& ref) {
+  const auto* const image = std::get_if<ImageRef>(&ref);
+  const int own = image ? shader_constant(image->field) : -1;
+  if (own < 0) return false;
+  const Material& material = scene.appearance.materials[static_cast<std::size_t>(image->material)];
+  return material.shader &&
+         encodes_normals(*material.shader,
+                         material.images[static_cast<std::size_t>(own)].map.field);
+}
+
 std::optional<FieldRef> carried(const FittedFieldRef& ref) {
   return std::visit(
       Overloaded{[](const auto& one) -> std::optional<FieldRef> { return FieldRef(one); },
@@ -267,6 +278,7 @@ void Fields::add(const Scene& scene, const UnknownParameter& one) {
   wanted_.push_back(one);
   shapes_.push_back(shape_of(scene, ref));
   images_.push_back(std::move(numbers.image));
+  normals_.push_back(selenite::encodes_normals(scene, ref));
   graphs_.push_back(std::move(numbers.graph));
   start_.push_back(std::move(numbers.values));
 }

@@ -32,6 +32,8 @@ FittedFieldRef field_named(const Scene& scene, const std::string& owner,
 /// (nz, ny, nx, channels) of a grid, (height, width, channels) of an image, (count, 3) of a mesh's
 /// colours or vertices.
 std::vector<std::ptrdiff_t> shape_of(const Scene& scene, const FittedFieldRef& ref);
+/// Whether it is an image whose colours encode unit vectors.
+bool encodes_normals(const Scene& scene, const FittedFieldRef& ref);
 /// The scene with other values of a field, in the order of its shape. InvalidArgument: one of them is
 /// out of range.
 Scene with_field(const Scene& scene, const FittedFieldRef& ref, const Eigen::VectorXf& values);
@@ -80,6 +82,8 @@ class Fields {
   const Texture* image(std::size_t field) const { return images_[field].get(); }
   /// Whether it is the image of a colour whose channels act on their own channels of the surface alone.
   bool acts_by_channel(std::size_t field) const;
+  /// Whether it is an image of a node whose colours encode unit vectors.
+  bool encodes_normals(std::size_t field) const { return normals_[field] != 0; }
   /// Which colours of a mesh lie next to each other; null: it is none.
   const MeshGraph* graph(std::size_t field) const { return graphs_[field].get(); }
   /// Whether it lies on a surface.
@@ -104,6 +108,7 @@ class Fields {
   std::vector<UnknownParameter> wanted_;
   std::vector<std::vector<std::ptrdiff_t>> shapes_;
   std::vector<std::shared_ptr<const Texture>> images_;    ///< see `image`
+  std::vector<char> normals_;                             ///< see `encodes_normals`
   std::vector<std::shared_ptr<const MeshGraph>> graphs_;  ///< see `graph`
   FieldValues start_;
 };

@@ -76,7 +76,7 @@ int FieldGaussNewton::cell_size(const Fields& fields, const std::vector<Photo>& 
   bool environment = false;
   for (std::size_t f = 0; f < fields.refs().size(); ++f) {
     const auto* grid = std::get_if<GridRef>(&fields.refs()[f]);
-    const bool image = fields.image(f) && (fields.acts_by_channel(f) || fields.channels(f) == 1);
+    const bool image = fields.image(f) != nullptr;
     environment = environment || fields.is_environment(f);
     if (!fields.is_environment(f) && !image &&
         (!grid || grid->kind != GridKind::kAlbedo || fields.channels(f) != 3))
@@ -577,6 +577,7 @@ void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
         system, system.descent - system.jacobian->transposed_times(shift).cast<double>(), low,
         high);
   }
+  numbers_.keep_lengths(before, step);
   numbers_.add(step, values_);
   for (View& view : views_)
     for (const System& system : systems_) {

@@ -5,6 +5,13 @@
 #include <cmath>
 
 namespace selenite {
+namespace {
+
+/// The vector of a colour, and back.
+Eigen::Vector3d decoded(const Eigen::Vector3d& color) { return (2 * color).array() - 1; }
+Eigen::Vector3d encoded(const Eigen::Vector3d& vector) { return (vector.array() + 1) / 2; }
+
+}  // namespace
 
 FieldNumbers::FieldNumbers(const Fields& fields, std::ptrdiff_t most_texels) {
   std::ptrdiff_t texels = 0;
@@ -25,6 +32,7 @@ FieldNumbers::FieldNumbers(const Fields& fields, std::ptrdiff_t most_texels) {
       one.height = (image->height() + one.factor - 1) / one.factor;
       one.repeats = image->extension() == Extension::kRepeat;
       one.count = static_cast<Eigen::Index>(one.width) * one.height * one.channels;
+      one.normals = fields.encodes_normals(f);
       one.by_channel = fields.acts_by_channel(f);
       one.places = one.by_channel ? 1 : one.channels;
       if (one.factor > 1) taps_.back() = Taps(one, image->width(), image->height());
@@ -84,17 +92,34 @@ void FieldNumbers::add(const Eigen::VectorXd& step, FieldValues& values) const {
     const Lattice& one = lattices_[f];
     const auto mine = step.segment(at, one.count);
     at += one.count;
-    if (one.factor == 1) {
+    if (one.factor == 1)
       values[f] += mine;
-      continue;
+    else
+      for (Eigen::Index texel = 0; texel < values[f].size() / one.channels; ++texel) {
+        auto value = values[f].segment(texel * one.channels, one.channels);
+        for (const Tap& tap : taps_[f].of(static_cast<std::uint32_t>(texel)))
+          value += static_cast<double>(tap.weight) *
+                   mine.segment(static_cast<Eigen::Index>(tap.point) * one.channels, one.channels);
+        value = value.cwiseMax(minimum_[f]).cwiseMin(maximum_[f]);
+      }
+    if (!one.normals) continue;
+    for (Eigen::Index texel = 0; texel < values[f].size(); texel += 3) {
+      auto value = values[f].segment<3>(texel);
+      value =
+          encoded(decoded(value).stableNormalized()).cwiseMax(minimum_[f]).cwiseMin(maximum_[f]);
     }
-    for (Eigen::Index texel = 0; texel < values[f].size() / one.channels; ++texel) {
-      auto value = values[f].segment(texel * one.channels, one.channels);
-      for (const Tap& tap : taps_[f].of(static_cast<std::uint32_t>(texel)))
-        value += static_cast<double>(tap.weight) *
-                 mine.segment(static_cast<Eigen::Index>(tap.point) * one.channels, one.channels);
-      value = value.cwiseMax(minimum_[f]).cwiseMin(maximum_[f]);
-    }
+  }
+}
+
+void FieldNumbers::keep_lengths(const Eigen::VectorXd& values, Eigen::VectorXd& step) const {
+  Eigen::Index at = 0;
+  for (const Lattice& one : lattices_) {
+    if (one.normals)
+      for (Eigen::Index k = at; k < at + one.count; k += 3) {
+        const Eigen::Vector3d along = decoded(values.segment<3>(k)).stableNormalized();
+        step.segment<3>(k) -= along.dot(step.segment<3>(k)) * along;
+      }
+    at += one.count;
   }
 }
 

@@ -35,6 +35,7 @@ class FieldNumbers {
     int width = 0, height = 0;  ///< of an image, in points
     int factor = 1;             ///< texels along the side of a point
     bool repeats = false;
+    bool normals = false;    ///< three numbers encode a unit vector
     bool by_channel = true;  ///< a place has three numbers, each of its own channel
     /// Numbers at a point that are unknowns of the same part, and places at a point.
     int columns = 1, places = 1;
@@ -46,8 +47,11 @@ class FieldNumbers {
 
   /// Means over the texels of each point.
   Eigen::VectorXd of(const FieldValues& values) const;
-  /// Adds changes of all numbers to the values, within [minimum, maximum] of their fields.
+  /// Adds changes of all numbers to the values, within [minimum, maximum] of their fields. Vectors become unit
+  /// vectors again.
   void add(const Eigen::VectorXd& step, FieldValues& values) const;
+  /// Takes from a step of all numbers what would change the lengths of vectors: no picture shows them.
+  void keep_lengths(const Eigen::VectorXd& values, Eigen::VectorXd& step) const;
   /// Calls `sink(place, weight)` for the places, counted over all fields, on which a field's place depends.
   template <class Sink>
   void each_place(std::size_t field, std::uint32_t place, Sink&& sink) const {

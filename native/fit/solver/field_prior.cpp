@@ -136,6 +136,26 @@ Precision FieldPrior::of_images() const {
     entries.emplace_back(a, b, -weight);
     entries.emplace_back(b, a, -weight);
   };
+  // Entries of 0 between all numbers of a texel and of its neighbours: photos couple these.
+  const auto couple = [&](Eigen::Index first, const FieldNumbers::Lattice& one) {
+    for (int y = 0; y < one.height; ++y)
+      for (int x = 0; x < one.width; ++x) {
+        const auto at = [&](int column, int row) {
+          return first + (static_cast<Eigen::Index>(row) * one.width + column) * one.columns;
+        };
+        const auto between = [&](Eigen::Index a, Eigen::Index b) {
+          for (int k = 0; k < one.columns; ++k)
+            for (int l = 0; l < one.columns; ++l)
+              if (k != l) {
+                entries.emplace_back(a + k, b + l, 0.);
+                if (a != b) entries.emplace_back(b + l, a + k, 0.);
+              }
+        };
+        between(at(x, y), at(x, y));
+        if (x + 1 < one.width || one.repeats) between(at(x, y), at((x + 1) % one.width, y));
+        if (y + 1 < one.height || one.repeats) between(at(x, y), at(x, (y + 1) % one.height));
+      }
+  };
   Eigen::Index first = 0, level = 0;
   for (const FieldNumbers::Lattice& one : images_) {
     const int width = one.width, height = one.height, kinds = one.columns;
@@ -154,6 +174,7 @@ Precision FieldPrior::of_images() const {
               1 / (options_.image_deviation * std::sqrt(static_cast<double>(count)));
         }
     }
+    if (!one.by_channel) couple(first, one);
     first += count * kinds;
   }
   found.sparse.resize(all, all);

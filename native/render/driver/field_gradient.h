@@ -61,7 +61,7 @@ FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
 /// field.
 using CellJacobian = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// The derivative of a cell by one place of a field, channel by channel.
+/// The derivative, channel by channel, of a cell by a colour of a field or by a number that acts on all channels.
 struct PlaceSlope {
   std::uint32_t place;
   Colorf slope;

@@ -13,6 +13,9 @@ struct TapedWork {
   const std::vector<Field>& fields;
   const PixelLoss& loss;  ///< empty: no gradient
   int cell = kTileSize;   ///< pixels along a side of a cell; divides that of a tile
+  /// A number of an image that acts on all channels is a place of its own, whose derivatives are channel by
+  /// channel. False: three numbers of a texel are those of a place, each the sum over the channels.
+  bool number_places = false;
 };
 
 /// How many cells lie across a tile.
