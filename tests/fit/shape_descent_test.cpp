@@ -125,54 +125,6 @@ TEST(ShapeDescent, AHighlightDoesNotOutweighOutlines) {
   EXPECT_LT(distance_to_blob((*fit.result().fields_best)[0]), 0.5 * before);
 }
 
-TEST(ShapeDescent, VerticesWithMuchNoiseDoNotSetTheStepOfAll) {
-  const Scene target = body(blob, 12);
-  const Mesh& mesh = target.geometry->meshes()[0];
-  std::vector<Vec3f> rough = mesh.positions;
-  for (Vec3f& p : rough) {  // 0.9 % of its size, in waves of a few edges
-    const Vec3d at(p);
-    const double wave = std::sin(14 * at.x + 1) * std::sin(14 * at.y + 2) * std::sin(14 * at.z + 3);
-    p = p + Vec3f(normalize(at) * 0.06 * wave);
-  }
-  const Scene start = with_vertices(target, 0, VertexNormals(mesh), rough);
-  const std::vector<Photo> photos = photos_of(target, 32, 256);
-  const auto left = [&](bool balanced) {
-    ShapeDescentOptions options;
-    options.balanced = balanced;
-    options.coarse = 0;
-    FitSettings settings = short_fit(25);
-    settings.spp = 4;
-    Fit fit(start, photos, {vertices(0.0025)}, settings, options);
-    const double before = distance_to_blob((*fit.result().fields_best)[0]);
-    while (fit.step()) {
-    }
-    return distance_to_blob((*fit.result().fields_last)[0]) / before;
-  };
-  const double common = left(false), balanced = left(true);
-  EXPECT_LT(balanced, 0.9) << common;
-  EXPECT_LT(balanced, common);
-}
-
-TEST(ShapeDescent, VerticesSlideLessWhereAnImageWouldSlideWithThem) {
-  const Scene target = body(blob, 12), start = body(ball, 12);
-  const std::vector<Photo> photos = photos_of(target, 16, 64);
-  const auto sliding = [&](double share) {  // of a ball's vertices, by how far they go out
-    ShapeDescentOptions options;
-    options.sliding = share;
-    Fit fit(start, photos, {vertices(0.0025)}, short_fit(6), options);
-    const VertexMatrix before = matrix_of(fit.fields().start()[0]);
-    while (fit.step()) {
-    }
-    const VertexMatrix moved = matrix_of((*fit.result().fields_last)[0]) - before;
-    const VertexMatrix outwards = before.rowwise().normalized();
-    const Vector along = moved.cwiseProduct(outwards).rowwise().sum();
-    return (moved - outwards.cwiseProduct(along.replicate(1, 3))).norm() / along.norm();
-  };
-  const double free = sliding(1), some = sliding(0.3), none = sliding(0);
-  EXPECT_LT(some, 0.5 * free);
-  EXPECT_LT(none, 0.1 * free);
-}
-
 TEST(ShapeDescent, GoesOnFromItsStateToTheSameBits) {
   const Scene target = body(blob, 8), start = body(ball, 6);
   const std::vector<Photo> photos = photos_of(target, 12, 16);

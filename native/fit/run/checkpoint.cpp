@@ -7,7 +7,7 @@
 namespace selenite {
 namespace {
 
-constexpr const char* kFormat = "21 ";  ///< of the saved state: a new number for every change
+constexpr const char* kFormat = "20 ";  ///< of the saved state: a new number for every change
 
 }  // namespace
 
@@ -34,7 +34,7 @@ std::unique_ptr<Phase> Fit::phase_to_restore(PhaseKind kind) {
     case PhaseKind::kDescent:
       return std::make_unique<Descent>(run_);
     case PhaseKind::kShape:
-      return std::make_unique<ShapeDescent>(run_, shape_);
+      return std::make_unique<ShapeDescent>(run_);
     case PhaseKind::kParts:
       return std::make_unique<PartsPhase>(run_);
     case PhaseKind::kRoughnessProfile:

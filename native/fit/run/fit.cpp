@@ -7,22 +7,17 @@
 namespace selenite {
 
 Fit::Fit(Scene scene, std::vector<Photo> photos, const std::vector<UnknownParameter>& unknowns,
-         FitSettings settings, const ShapeDescentOptions& shape)
+         FitSettings settings)
     : Fit(std::make_shared<FitProblem>(std::move(scene), std::move(photos), unknowns,
-                                       std::move(settings)),
-          shape) {}
+                                       std::move(settings))) {}
 
-Fit::Fit(std::shared_ptr<FitProblem> problem, const ShapeDescentOptions& shape)
-    : shared_(problem),
-      problem_(*problem),
-      strategy_(problem_),
-      shape_(shape),
-      run_(problem_, strategy_) {
+Fit::Fit(std::shared_ptr<FitProblem> problem)
+    : shared_(problem), problem_(*problem), strategy_(problem_), run_(problem_, strategy_) {
   enter(first_phase());
 }
 
 std::unique_ptr<Phase> Fit::first_phase() {
-  if (strategy_.moves_vertices) return std::make_unique<ShapeDescent>(run_, shape_);
+  if (strategy_.moves_vertices) return std::make_unique<ShapeDescent>(run_);
   if (strategy_.multi_start) return std::make_unique<MultiStartPhase>(run_, minima_);
   return std::make_unique<Descent>(run_);
 }

@@ -19,9 +19,8 @@ class Fit {
  public:
   /// Checks everything and reports all problems at once, one line each: InvalidArgument, or UnknownName
   /// when names that do not exist are the only problem.
-  /// `shape`: how vertices move, if the unknown is those.
   Fit(Scene scene, std::vector<Photo> photos, const std::vector<UnknownParameter>& unknowns,
-      FitSettings settings, const ShapeDescentOptions& shape = {});
+      FitSettings settings);
 
   /// What the phases of a fit will render.
   static std::vector<PlannedRenders> plan(const FitProblem& problem, const Strategy& strategy);
@@ -68,12 +67,11 @@ class Fit {
   std::unique_ptr<Phase> refinement_of_best(Descent& descent);
   std::unique_ptr<Phase> phase_to_restore(PhaseKind kind);
 
-  Fit(std::shared_ptr<FitProblem> problem, const ShapeDescentOptions& shape);
+  Fit(std::shared_ptr<FitProblem> problem);
 
   std::shared_ptr<const FitProblem> shared_;  ///< constant from the first step on
   FitProblem& problem_;
   Strategy strategy_;
-  ShapeDescentOptions shape_;
   FitRun run_;
   AlternativeMinima minima_;
   std::unique_ptr<Phase> phase_;

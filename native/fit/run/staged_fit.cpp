@@ -49,23 +49,13 @@ void check(const FitProblem& problem, const FitResult& result) {
   if (!good) damaged();
 }
 
-/// Whether an image or colours of a surface are among what the stages fit: they slide with vertices.
-bool fits_images(const std::vector<Stage>& stages) {
-  return std::ranges::any_of(stages, [](const Stage& stage) {
-    return std::ranges::any_of(stage.parameters, [](const std::string& name) {
-      return name.ends_with("_texture") || name.ends_with(std::string(":") + kVertexColors);
-    });
-  });
-}
-
 bool fits_no_shape(const Stage& stage) {
   return std::ranges::none_of(stage.parameters, [](const std::string& name) {
     return name.ends_with(std::string(":") + kVertexPositions);
   });
 }
 
-/// Of the step of vertices that a stage before has moved: they are almost there. Beside images it falls
-/// over such stages.
+/// Of the step of vertices that a stage before has moved: they are almost there.
 constexpr double kLaterStep = 0.25;
 
 std::vector<Stage> some(std::vector<Stage> stages) {
@@ -95,24 +85,12 @@ std::unique_ptr<Fit> StagedFit::fit_of(std::size_t stage, const RunPoint& point)
   if (stage + 1 < stages_.size()) settings.refinement = "off";
   if (settings.workers) settings.workers = workers_of_stage(settings.workers, stage, point);
   std::vector<UnknownParameter> wanted = unknowns_.unknowns_at(one, point);
-  ShapeDescentOptions shape;
-  const bool beside_images = fits_images(stages_);
-  if (beside_images) shape.sliding = ShapeDescentOptions::kSlidingBesideImages;
-  const auto here = stages_.begin() + static_cast<std::ptrdiff_t>(stage);
-  const auto same = [&](const Stage& other) { return other.parameters == one.parameters; };
-  const std::ptrdiff_t before = std::count_if(stages_.begin(), here, same);
-  if (before > 0 && !fits_no_shape(one)) {
-    double& rate = wanted.front().learning_rate;
-    rate *= kLaterStep;
-    if (beside_images) {
-      const auto left = static_cast<double>(std::count_if(here, stages_.end(), same));
-      rate *= left / (left + static_cast<double>(before) - 1);
-      shape.balanced = true;
-      shape.coarse = 0;
-    }
-  }
+  if (stage > 0 && !fits_no_shape(one) &&
+      std::any_of(stages_.begin(), stages_.begin() + static_cast<std::ptrdiff_t>(stage),
+                  [&](const Stage& other) { return other.parameters == one.parameters; }))
+    wanted.front().learning_rate *= kLaterStep;
   return std::make_unique<Fit>(unknowns_.scene_at(one, point), one.photos, std::move(wanted),
-                               std::move(settings), shape);
+                               std::move(settings));
 }
 
 bool StagedFit::step(Progress* progress) {

@@ -42,7 +42,6 @@ class FaceGuard {
   std::vector<int> crossing(const VertexMatrix& positions) const;
   /// The vertices of all faces that have one of these.
   std::vector<int> around(const std::vector<int>& vertices) const;
-  const std::vector<std::array<int, 3>>& triangles() const { return triangles_; }
   /// Without a check.
   void set(const VertexMatrix& positions);
 

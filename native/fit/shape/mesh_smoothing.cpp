@@ -9,7 +9,8 @@ namespace selenite {
 
 MeshSmoothing::MeshSmoothing(int vertices, const std::vector<std::array<int, 3>>& triangles,
                              double lambda)
-    : factors_(std::make_unique<Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>>()) {
+    : matrix_(vertices, vertices),
+      factors_(std::make_unique<Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>>()) {
   std::vector<std::pair<int, int>> edges;
   edges.reserve(3 * triangles.size());
   for (const auto& t : triangles)
@@ -27,9 +28,8 @@ MeshSmoothing::MeshSmoothing(int vertices, const std::vector<std::array<int, 3>>
     entries.emplace_back(a, a, lambda);
     entries.emplace_back(b, b, lambda);
   }
-  Eigen::SparseMatrix<double> matrix(vertices, vertices);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  factors_->compute(matrix);
+  matrix_.setFromTriplets(entries.begin(), entries.end());
+  factors_->compute(matrix_);
   if (factors_->info() != Eigen::Success)
     throw Refused("", "The mesh's smoothing matrix has no factors", "lower the smoothness");
 }

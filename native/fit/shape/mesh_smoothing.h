@@ -11,17 +11,19 @@ namespace selenite {
 /// A number for each vertex and coordinate.
 using VertexMatrix = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
-/// The inverse of I + lambda L of a mesh, L its Laplacian with equal weights: neighbours that it is
-/// applied to move together.
+/// I + lambda L of a mesh, L its Laplacian with equal weights, and its inverse: in coordinates
+/// u = (I + lambda L) x a step moves neighbours together.
 ///
 /// Source: Nicolet, Jacobson, Jakob 2021, "Large Steps in Inverse Rendering of Geometry".
 class MeshSmoothing {
  public:
   MeshSmoothing(int vertices, const std::vector<std::array<int, 3>>& triangles, double lambda);
 
+  VertexMatrix apply(const VertexMatrix& x) const { return matrix_ * x; }
   VertexMatrix solve(const VertexMatrix& u) const { return factors_->solve(u); }
 
  private:
+  Eigen::SparseMatrix<double> matrix_;
   std::unique_ptr<Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>> factors_;
 };
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/shape/shape_descent.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -52,29 +51,7 @@ double mean_square(const Picture& picture, const Photo& photo) {
   return sum;
 }
 
-/// Of vertices, by the areas of their triangles; 0 where these have none.
-VertexMatrix normals_of(const VertexMatrix& positions,
-                        const std::vector<std::array<int, 3>>& triangles) {
-  VertexMatrix normals = VertexMatrix::Zero(positions.rows(), 3);
-  for (const auto& [a, b, c] : triangles) {
-    const Eigen::RowVector3d ab = positions.row(b) - positions.row(a);
-    const Eigen::RowVector3d ac = positions.row(c) - positions.row(a);
-    const Eigen::RowVector3d doubled = ab.cross(ac);
-    for (const int v : {a, b, c}) normals.row(v) += doubled;
-  }
-  for (Eigen::Index v = 0; v < normals.rows(); ++v) normals.row(v).normalize();
-  return normals;
-}
-
-/// Leaves a share of what goes along the surface.
-void hold_to(const VertexMatrix& normals, double share, VertexMatrix& ways) {
-  for (Eigen::Index v = 0; v < ways.rows(); ++v) {
-    const Eigen::RowVector3d normal = normals.row(v), way = ways.row(v);
-    ways.row(v) = way * share + normal * (way.dot(normal) * (1 - share));
-  }
-}
-
-/// Of the smoothness, after its coarse steps: the shape of the whole comes first, then details.
+/// Of the smoothness, after a quarter of a fit: the shape of the whole comes first, then details.
 constexpr double kFinerSmoothness = 0.15;
 /// In standard errors of the difference: the steps are too long then, or the moments mislead.
 constexpr double kSurelyWorse = 2;
@@ -99,10 +76,10 @@ ShapeDescent::ShapeDescent(const FitRun& run, ShapeDescentOptions options)
       guard_(mesh_of(start_, vertices_.instance).triangles, vertices_.normals,
              as_matrix(mesh_of(start_, vertices_.instance).positions)),
       positions_(as_matrix(mesh_of(start_, vertices_.instance).positions)),
+      coordinates_(smoothing_.apply(positions_)),
       best_(positions_),
       mean_(VertexMatrix::Zero(positions_.rows(), 3)),
-      squares_(mean_),
-      sizes_(Vector::Zero(positions_.rows())) {
+      squares_(mean_) {
   const UnknownParameter& unknown = problem_->fields().wanted().front();
   const Eigen::RowVector3d low = positions_.colwise().minCoeff();
   const Eigen::RowVector3d high = positions_.colwise().maxCoeff();
@@ -112,10 +89,6 @@ ShapeDescent::ShapeDescent(const FitRun& run, ShapeDescentOptions options)
     low_[static_cast<std::size_t>(axis)] = low[axis] + unknown.minimum * across;
     high_[static_cast<std::size_t>(axis)] = high[axis] + unknown.maximum * across;
   }
-}
-
-int ShapeDescent::coarse_steps() const {
-  return static_cast<int>(options_.coarse * problem_->settings().iterations);
 }
 
 Scene ShapeDescent::scene() const {
@@ -205,6 +178,7 @@ bool ShapeDescent::validate(FitRun& run, HistoryRow& row) {
 void ShapeDescent::return_to_best() {
   share_ *= kShrinkage;
   positions_ = best_;
+  coordinates_ = smoothing_.apply(positions_);
   mean_.setZero();
   guard_.set(positions_);
 }
@@ -234,33 +208,16 @@ bool ShapeDescent::finish(FitRun& run) {
   return false;
 }
 
-void ShapeDescent::balance(VertexMatrix& gradient, int seen) {
-  sizes_ = sizes_ * options_.second_decay +
-           gradient.rowwise().squaredNorm() * (1 - options_.second_decay);
-  const Vector usual = (sizes_ / (1 - std::pow(options_.second_decay, seen + 1))).cwiseSqrt();
-  std::vector<double> sorted;
-  for (const double size : usual)
-    if (size > 0) sorted.push_back(size);
-  if (sorted.empty()) return;
-  const auto middle = sorted.begin() + std::ssize(sorted) / 2;
-  std::ranges::nth_element(sorted, middle);
-  for (Eigen::Index v = 0; v < gradient.rows(); ++v) gradient.row(v) /= std::max(usual[v], *middle);
-}
-
-void ShapeDescent::move(VertexMatrix gradient, ShapeSteps& steps) {
-  const int coarse = coarse_steps();
+void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
+  const int coarse = problem_->settings().iterations / 4;
   if (done_ == coarse) {
     smoothing_ = smoothing_of(start_, vertices_.instance, options_.smoothness * kFinerSmoothness);
+    coordinates_ = smoothing_.apply(positions_);
     mean_.setZero();
     squares_.setZero();
-    sizes_.setZero();
     share_ = 1;
   }
   const int seen = done_ < coarse ? done_ : done_ - coarse;
-  const VertexMatrix normals =
-      options_.sliding < 1 ? normals_of(positions_, guard_.triangles()) : VertexMatrix();
-  if (options_.sliding < 1) hold_to(normals, options_.sliding, gradient);
-  if (options_.balanced) balance(gradient, seen);
   const VertexMatrix smooth = smoothing_.solve(gradient);
   mean_ = mean_ * options_.first_decay + smooth * (1 - options_.first_decay);
   squares_ = squares_ * options_.second_decay + smooth.cwiseAbs2() * (1 - options_.second_decay);
@@ -272,13 +229,13 @@ void ShapeDescent::move(VertexMatrix gradient, ShapeSteps& steps) {
   const double rate = problem_->fields().wanted().front().learning_rate;
   const double length =
       share_ * size_ * rate * (options_.last_step + (1 - options_.last_step) * (1 + turn) / 2);
-  VertexMatrix way = smoothing_.solve(mean_) * (-length / (first * typical));
-  if (options_.sliding < 1) hold_to(normals, options_.sliding, way);
-  const double farthest = way.rowwise().norm().maxCoeff();
+  const VertexMatrix way = mean_ * (-length / (first * typical));
+  const double farthest =
+      (smoothing_.solve(coordinates_ + way) - positions_).rowwise().norm().maxCoeff();
   double share = farthest > length ? length / farthest : 1;
   bool turned = false, crossed = false;
   for (int i = 0; i <= options_.halvings; ++i, share /= 2) {
-    VertexMatrix there = positions_ + way * share;
+    VertexMatrix there = smoothing_.solve(coordinates_ + way * share);
     for (int axis = 0; axis < 3; ++axis)
       there.col(axis) = there.col(axis)
                             .cwiseMax(low_[static_cast<std::size_t>(axis)])
@@ -289,6 +246,7 @@ void ShapeDescent::move(VertexMatrix gradient, ShapeSteps& steps) {
     crossed = crossed || verdict == FaceGuard::Verdict::kCrossed;
     if (verdict != FaceGuard::Verdict::kGood) continue;
     positions_ = std::move(there);
+    coordinates_ = smoothing_.apply(positions_);
     steps.turning += turned;
     steps.intersecting += crossed;
     return;
@@ -324,7 +282,7 @@ double ShapeDescent::fraction() const {
 
 void ShapeDescent::members(SavedState& state) {
   const Eigen::Index count = positions_.rows();
-  state(positions_, best_, mean_, squares_, sizes_, brightness_, done_, share_);
+  state(positions_, coordinates_, best_, mean_, squares_, brightness_, done_, share_);
   if (positions_.rows() != count)
     throw Refused("",
                   "The saved state is of a mesh with " + std::to_string(positions_.rows()) +
@@ -332,7 +290,7 @@ void ShapeDescent::members(SavedState& state) {
                   "start without it");
   if (!state.reading()) return;
   guard_.set(positions_);
-  if (done_ > coarse_steps())
+  if (done_ > problem_->settings().iterations / 4)
     smoothing_ = smoothing_of(start_, vertices_.instance, options_.smoothness * kFinerSmoothness);
 }
 

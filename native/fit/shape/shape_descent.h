@@ -20,20 +20,12 @@ struct ShapeDescentOptions {
   /// lambda of MeshSmoothing for each vertex: the same part of the surface moves together, however
   /// fine the mesh is.
   double smoothness = 0.01;
-  /// Whether each vertex has a second moment of its own before gradients are smoothed: few vertices hold nearly
-  /// all the noise. Of vertices that are almost in place; of others outlines say where they go, and few have one.
-  bool balanced = false;
-  double coarse = 0.25;  ///< share of the steps with that; then details come in, too
   /// In root mean squares of the photo or the first picture, whichever is larger: a brighter pixel
   /// counts by the square of this over its brightness. Else a highlight outweighs all outlines.
   double bright = 1;
   /// Of the squared error of the outline, where masks say it, beside that of the picture, in mean
   /// squares of the photo or the first picture, whichever is larger.
   double outline = 1;
-  /// Share of the way along the surface that vertices go. Where an image of the surface is fitted, too, it
-  /// slides with them: photos hardly say where on the surface they are.
-  double sliding = 1;
-  static constexpr double kSlidingBesideImages = 0.3;
 };
 
 /// Moves the vertices of an object until renders match photos: descent with large steps, in which all
@@ -67,13 +59,9 @@ class ShapeDescent final : public Phase {
   bool finish(FitRun& run);
   void return_to_best();
   /// Along the smoothed gradient, as far as no face turns over.
-  void move(VertexMatrix gradient, ShapeSteps& steps);
-  /// Divides the gradient of each vertex by its usual size.
-  void balance(VertexMatrix& gradient, int seen);
+  void move(const VertexMatrix& gradient, ShapeSteps& steps);
   /// Vertices of faces that turn over or go through others go less far, or stay.
   void hold_back(VertexMatrix& there, bool& turned, bool& crossed) const;
-  /// Steps with the whole smoothness.
-  int coarse_steps() const;
   Scene scene() const;
   /// In the object's own space, as a field holds them.
   Vector own_positions() const;
@@ -87,9 +75,8 @@ class ShapeDescent final : public Phase {
   std::array<double, 3> low_{}, high_{};  ///< that no vertex leaves
   double size_ = 0;                       ///< diagonal of the box at the start
 
-  VertexMatrix positions_, best_;
+  VertexMatrix positions_, coordinates_, best_;
   VertexMatrix mean_, squares_;     ///< moments of the gradient
-  Vector sizes_;                    ///< mean square of the gradient of each vertex
   std::vector<double> brightness_;  ///< mean square, of each photo or its first picture
   double share_ = 1;                ///< of a step that is taken
   int done_ = 0;

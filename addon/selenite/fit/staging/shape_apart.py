@@ -12,10 +12,9 @@ from ...problems import listed
 from ..field_kinds import kind_of
 from .request import StageRequest
 
-#: How often shape and the rest take turns where everything is fitted together, and the same beside
-#: an image, which makes up for wrong normals; the share of a stage's iterations that each turn, and
-#: the start, has; the fewest.
-_TURNS, _TURNS_OF_IMAGES, _SHARE, _FEWEST = 2, 4, 0.25, 5
+#: How often shape and the rest take turns where everything is fitted together; the share of a
+#: stage's iterations that each turn, and the start, has; the fewest.
+_TURNS, _SHARE, _FEWEST = 2, 0.25, 5
 
 
 def is_shape(name: str) -> bool:
@@ -34,8 +33,7 @@ def apart(
     names those that were added. The same where nothing else is fitted with vertices.
 
     Without stages: the rest for a short while, since a shape compensates for a wrong colour; each
-    shape; the rest; then all in turns. Of a stage that has both: turns. Beside an image there are
-    more turns, and the rest has all its iterations at the end.
+    shape; the rest; then all in turns. Of a stage that has both: turns.
     """
     shapes = [name for name in names if is_shape(name)]
     rest = [name for name in names if not is_shape(name)]
@@ -47,8 +45,7 @@ def apart(
         first = [StageRequest(_title(name), (name,), iterations) for name in shapes]
         if rest:
             first.insert(0, StageRequest("start of the rest", tuple(rest), _few(iterations)))
-            share = _few(iterations) if _has_image(names) else iterations
-            first.append(StageRequest("rest", tuple(rest), share))
+            first.append(StageRequest("rest", tuple(rest), iterations))
         together = StageRequest("together", tuple(names), iterations)
         found = [*first, *_turns(together, iterations)]
     if len(found) != len(stages):
@@ -68,24 +65,16 @@ def _parts(stage: StageRequest, iterations: int) -> list[StageRequest]:
 
 def _turns(stage: StageRequest, iterations: int) -> list[StageRequest]:
     """The rest comes last: its intervals are those at the final shape."""
-    all_of_stage = stage.iterations or iterations
-    few, image = _few(all_of_stage), _has_image(stage.parameters)
-    turns = _TURNS_OF_IMAGES if image else _TURNS
+    few = _few(stage.iterations or iterations)
     rest = tuple(name for name in stage.parameters if not is_shape(name))
-    found: list[tuple[str, tuple[str, ...], int]] = []
-    for turn in range(1, turns + 1):
+    found: list[tuple[str, tuple[str, ...]]] = []
+    for turn in range(1, _TURNS + 1):
         for name in stage.parameters:
             if is_shape(name):
-                found.append((f"{stage.name} {turn}: {_title(name)}", (name,), few))
+                found.append((f"{stage.name} {turn}: {_title(name)}", (name,)))
         if rest:
-            last = image and turn == turns
-            found.append((f"{stage.name} {turn}: rest", rest, all_of_stage if last else few))
-    return [replace(stage, name=name, parameters=own, iterations=n) for name, own, n in found]
-
-
-def _has_image(names: Sequence[str]) -> bool:
-    """Whether an image or colours of a surface are among them, which slide with its vertices."""
-    return any(name.endswith(("_texture", ":vertex_colors")) for name in names)
+            found.append((f"{stage.name} {turn}: rest", rest))
+    return [replace(stage, name=name, parameters=own, iterations=few) for name, own in found]
 
 
 def _few(iterations: int) -> int:
