@@ -126,7 +126,7 @@ class RecordingFit:
     def _reason(self):
         return "cancelled" if self._cancelled else "converged"
 
-    def result(self):
+    def result(self, *, fields=True):  # noqa: ARG002 - as the native one
         report = {
             name: {
                 "standard_error": [0.01 * (k + 1) for k in range(len(value))],
