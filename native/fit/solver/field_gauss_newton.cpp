@@ -302,7 +302,8 @@ Eigen::VectorXf FieldGaussNewton::leverage(const CellMatrix& jacobian,
                                            const NormalMatrix& normal) const {
   const Eigen::MatrixXf sides = signs(jacobian.rows(), options_.probes);
   const Eigen::MatrixXd seen = jacobian.transposed_times(sides).cast<double>();
-  const Eigen::MatrixXf explained = jacobian.times(normal.solve(seen, options_.probe_tolerance).cast<float>());
+  const Eigen::MatrixXf explained =
+      jacobian.times(normal.solve(seen, options_.probe_tolerance).cast<float>());
   return sides.cwiseProduct(explained).rowwise().mean();
 }
 
@@ -313,7 +314,8 @@ double FieldGaussNewton::remaining_variance(const CellMatrix& jacobian, const No
   Eigen::MatrixXf sides(residual.size(), 1 + options_.probes);
   sides << residual, signs(residual.size(), options_.probes);
   const Eigen::MatrixXd seen = jacobian.transposed_times(sides).cast<double>();
-  const Eigen::MatrixXf explained = jacobian.times(normal.solve(seen, options_.probe_tolerance).cast<float>());
+  const Eigen::MatrixXf explained =
+      jacobian.times(normal.solve(seen, options_.probe_tolerance).cast<float>());
   const auto probed = Eigen::seq(1, Eigen::last);
   const Eigen::ArrayXd strength = jacobian.squared_rows().cast<double>().array();
   const Eigen::ArrayXd taken = sides(Eigen::all, probed)
