@@ -177,17 +177,6 @@ def composited(scene, colour):
     scene.render.use_compositing = True
 
 
-@pytest.mark.parametrize(
-    ("asked_for", "size", "taken"),
-    [(32, (128, 128), 32), (32, (256, 256), 16), (32, (384, 256), 12), (32, (4096, 4096), 12),
-     (512, (256, 256), 256), (8, (1024, 1024), 8), (1, (10, 10), 4)],
-)  # fmt: skip
-def test_large_photos_take_fewer_samples_and_no_seed_none(asked_for, size, taken):
-    """The bias is a mean over all pixels: of four times as many, half of the samples leave it half
-    of the noise's variance."""
-    assert worker.SEEDS * worker.samples_of_seed(asked_for, size[0] * size[1]) == taken
-
-
 def test_the_process_compares_with_what_counts_of_the_photo(folder):
     """The whole way, in a process of its own: nothing but a sky of 0.5 is seen, and the photo is
     0.4 where it counts."""

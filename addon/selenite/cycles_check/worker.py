@@ -4,7 +4,6 @@ file."""
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,9 +22,6 @@ if TYPE_CHECKING:
 
 #: Cycles renders that often, with that many seeds; their spread is the noise.
 SEEDS = 4
-#: Pixels of a photo up to which its pictures take all samples that are asked for; and how many each
-#: seed takes at least. The bias is a mean over all pixels: its noise is far below what is judged.
-_ALL_SAMPLES, _LEAST_SAMPLES = 128 * 128, 3
 #: Radiance at which the pictures of differences are brightest.
 LARGEST_ERROR = 0.2
 
@@ -87,8 +83,7 @@ def run(folder: Path, request: CheckRequest, note: Callable[[float, str], None])
     # Selenite renders the grids inside their meshes, as they were fitted, Cycles Volume objects.
     native_scene = build_scene(with_grids(read, grids))
     shown += [grid_objects.show(scene, read, name, uses, folder) for name, uses in grids.items()]
-    pixels = min(item.weight.size for item in captures)
-    samples = samples_of_seed(wanted.settings.picture_spp, pixels)
+    samples = max(1, round(wanted.settings.picture_spp / SEEDS))
     cameras = {camera.name: camera for camera in read.cameras}
     # Where one photo is cropped or aligned, each sets the lens of its camera.
     lenses: dict[str, str | CameraValues] = {item.id: item.camera for item in captures}
@@ -126,13 +121,6 @@ def run(folder: Path, request: CheckRequest, note: Callable[[float, str], None])
         "shown": shown,
         "render_settings": [item.as_json() for item in remarks],
     }
-
-
-def samples_of_seed(asked: int, pixels: int) -> int:
-    """Of a picture of so many pixels, where all seeds together may take what is asked for."""
-    most = max(1, round(asked / SEEDS))
-    share = min(1.0, math.sqrt(_ALL_SAMPLES / pixels))
-    return max(min(most, _LEAST_SAMPLES), round(share * most))
 
 
 def _grids(
