@@ -126,7 +126,7 @@ class RecordingFit:
     def _reason(self):
         return "cancelled" if self._cancelled else "converged"
 
-    def result(self, *, fields=True):  # noqa: ARG002 - as the native one
+    def result(self, *, fields=True):
         report = {
             name: {
                 "standard_error": [0.01 * (k + 1) for k in range(len(value))],
@@ -141,8 +141,8 @@ class RecordingFit:
         return made_fit({
             "values_last": self.last,
             "values_best": self.best,
-            "fields_last": self.fields(LAST),
-            "fields_best": self.fields(BEST),
+            "fields_last": self.fields(LAST) if fields else {},
+            "fields_best": self.fields(BEST) if fields else {},
             "best_iteration": BEST_ITERATION,
             "best_validation": 0.125,
             "best_validation_standard_error": 0.0625,

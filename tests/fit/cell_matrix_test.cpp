@@ -113,6 +113,40 @@ TEST(NormalMatrix, ASparseOneIsSolvedAsADenseOne) {
   EXPECT_LT((sparse.solve(right) - wanted).norm(), 1e-3 * wanted.norm());
 }
 
+/// An incomplete factor leaves entries out, and what remains need not be definite.
+TEST(NormalMatrix, IsSolvedWhereItsIncompleteFactorBreaksDown) {
+  constexpr Eigen::Index kNumbers = 60, kCells = 20;
+  constexpr int kSeen = 12;
+  std::mt19937 random{1};
+  Normal<float> normal;
+  std::uniform_real_distribution<double> place(0, kNumbers);
+  auto groups = std::make_shared<CellMatrix::Groups>();
+  groups->of.assign(kNumbers, 0);
+  groups->share = {1.0f / kNumbers};
+  const Eigen::MatrixXf far = Eigen::MatrixXf::Zero(kCells, 1);
+  auto precision = std::make_shared<Precision>();
+  precision->dense = Eigen::MatrixXd::Identity(kNumbers, kNumbers);
+  precision->level = Eigen::MatrixXd::Zero(kNumbers, 1);
+  const Eigen::VectorXd damping = Eigen::VectorXd::Zero(kNumbers);
+  for (int example = 0; example < 100; ++example) {
+    CellMatrix::Sparse near(kCells, kNumbers);
+    for (Eigen::Index p = 0; p < kCells; ++p)
+      for (int k = 0; k < kSeen; ++k)
+        near.coeffRef(p, static_cast<Eigen::Index>(place(random))) += normal(random);
+    near.makeCompressed();
+    // All that a cell joins has an entry, and the others have none.
+    precision->sparse = (near.transpose() * near).cast<double>() * 0.0;
+    for (Eigen::Index q = 0; q < kNumbers; ++q) precision->sparse.coeffRef(q, q) = 1;
+    NormalMatrix sparse(std::make_shared<const CellMatrix>(near, far, groups));
+    NormalMatrix dense(std::make_shared<const CellMatrix>(Eigen::MatrixXf(near)));
+    sparse.add(0.01, precision, damping);
+    dense.add(0.01, precision, damping);
+    const Eigen::MatrixXd right = Eigen::MatrixXd::Ones(kNumbers, 1);
+    const Eigen::MatrixXd wanted = dense.solve(right);
+    EXPECT_LT((sparse.solve(right) - wanted).norm(), 1e-2 * wanted.norm()) << example;
+  }
+}
+
 /// The prior says nothing of it.
 TEST(Precision, TheMeanOfAnImageIsFree) {
   const auto precision = smooth();

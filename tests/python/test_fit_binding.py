@@ -150,3 +150,18 @@ def test_values_of_several_parameters_keep_their_names() -> None:
     assert found["Body:base_color"][0] == pytest.approx(TRUTH)
     assert found["World:strength"][1] == pytest.approx([1.4])
     assert fit.preview(0).shape == (SIZE, SIZE, 3)
+
+
+def test_a_result_without_fields_is_the_same_otherwise() -> None:
+    vertices = _core.Unknown("Board", "vertex_positions", minimum=-3.0, maximum=3.0)
+    settings = {"iterations": 2, "spp": 4, "threads": 1, "search": "off"}
+    fit = _core.Fit(scene((0.5, 0.5, 0.5)), [photo()], [vertices], settings)
+    fit.start()
+    fit.join()
+    whole, bare = fit.result(), fit.result(fields=False)
+    assert not whole.problems
+    assert whole.fields_best["Board:vertex_positions"].shape == (4, 3)
+    assert whole.fields_last["Board:vertex_positions"].shape == (4, 3)
+    assert bare.fields_best == bare.fields_last == {}
+    assert bare.iterations == whole.iterations == 2
+    np.testing.assert_array_equal(bare.history.loss, whole.history.loss)

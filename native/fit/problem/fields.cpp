@@ -201,6 +201,17 @@ Scene with_values(const Scene& scene, const VerticesRef& ref, const Eigen::Vecto
   return with_vertices(scene, ref.instance, VertexNormals(mesh_of(scene, ref)), positions);
 }
 
+/// Whether it is an image of a node whose colours encode unit vectors.
+bool holds_normals(const Scene& scene, const FittedFieldRef& ref) {
+  const auto* const image = std::get_if<ImageRef>(&ref);
+  const int own = image ? shader_constant(image->field) : -1;
+  if (own < 0) return false;
+  const Material& material = scene.appearance.materials[static_cast<std::size_t>(image->material)];
+  return material.shader &&
+         encodes_normals(*material.shader,
+                         material.images[static_cast<std::size_t>(own)].map.field);
+}
+
 }  // namespace
 
 FittedFieldRef field_named(const Scene& scene, const std::string& owner,
@@ -221,16 +232,6 @@ std::vector<std::ptrdiff_t> shape_of(const Scene& scene, const FittedFieldRef& r
 
 Scene with_field(const Scene& scene, const FittedFieldRef& ref, const Eigen::VectorXf& values) {
   return std::visit([&](const auto& one) { return with_values(scene, one, values); }, ref);
-}
-
-bool encodes_normals(const Scene& scene, const FittedFieldRef& ref) {
-  const auto* const image = std::get_if<ImageRef>(&ref);
-  const int own = image ? shader_constant(image->field) : -1;
-  if (own < 0) return false;
-  const Material& material = scene.appearance.materials[static_cast<std::size_t>(image->material)];
-  return material.shader &&
-         encodes_normals(*material.shader,
-                         material.images[static_cast<std::size_t>(own)].map.field);
 }
 
 std::optional<FieldRef> carried(const FittedFieldRef& ref) {
@@ -278,7 +279,7 @@ void Fields::add(const Scene& scene, const UnknownParameter& one) {
   wanted_.push_back(one);
   shapes_.push_back(shape_of(scene, ref));
   images_.push_back(std::move(numbers.image));
-  normals_.push_back(selenite::encodes_normals(scene, ref));
+  normals_.push_back(holds_normals(scene, ref));
   graphs_.push_back(std::move(numbers.graph));
   start_.push_back(std::move(numbers.values));
 }

@@ -32,8 +32,6 @@ FittedFieldRef field_named(const Scene& scene, const std::string& owner,
 /// (nz, ny, nx, channels) of a grid, (height, width, channels) of an image, (count, 3) of a mesh's
 /// colours or vertices.
 std::vector<std::ptrdiff_t> shape_of(const Scene& scene, const FittedFieldRef& ref);
-/// Whether it is an image whose colours encode unit vectors.
-bool encodes_normals(const Scene& scene, const FittedFieldRef& ref);
 /// The scene with other values of a field, in the order of its shape. InvalidArgument: one of them is
 /// out of range.
 Scene with_field(const Scene& scene, const FittedFieldRef& ref, const Eigen::VectorXf& values);

@@ -29,7 +29,7 @@ struct FitState {
   double loss = 0, validation = 0, validation_standard_error = 0;  ///< newest; NaN: none yet
   double seconds = 0;
   double seconds_left = 0;  ///< of the phase, and of later stages at its pace; NaN: not known yet
-  RunPoint values;  ///< without fields
+  RunPoint values;          ///< without fields
 };
 
 /// What a run has found so far: shared, never changed afterwards.

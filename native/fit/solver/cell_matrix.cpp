@@ -9,6 +9,10 @@
 namespace selenite {
 namespace {
 
+/// Of the diagonal of an incomplete factor, where it breaks down: columns of the scaled matrix have a length
+/// of at most 1, so a few doublings make every factor definite.
+constexpr double kSafeShift = 1;
+
 /// J^T J, whole.
 Eigen::MatrixXd gram(const Eigen::MatrixXf& jacobian) {
   Eigen::MatrixXf sum = Eigen::MatrixXf::Zero(jacobian.cols(), jacobian.cols());
@@ -177,6 +181,10 @@ void NormalMatrix::add(double strength, std::shared_ptr<const Precision> precisi
   for (Eigen::Index q = 0; q < sum.cols(); ++q) sum.coeffRef(q, q) += damping[q];
   auto preconditioner = std::make_shared<Preconditioner>();
   preconditioner->compute(sum);
+  if (preconditioner->info() != Eigen::Success) {  // its own small shifts are not enough
+    preconditioner->setInitialShift(kSafeShift);
+    preconditioner->compute(sum);
+  }
   preconditioner_ = std::move(preconditioner);
 }
 

@@ -38,7 +38,7 @@ struct FieldGaussNewtonOptions {
   int variance_rounds =
       2;           ///< of the variance of residuals, which depends on the prior's part in them
   int probes = 8;  ///< random vectors that measure how many residuals texels take up
-  double probe_tolerance = 1e-2;  ///< of what they solve, whose random signs scatter more
+  double probe_tolerance = 1e-2;  ///< of the solutions for them and for the residual beside them
   double most_leverage = 0.9;     ///< share of a residual that texels may take up
   double jacobian_kept =
       0.9;  ///< share of a Jacobian that each iteration keeps: it changes with voxels

@@ -205,8 +205,9 @@ FieldJacobian render_field_jacobian(const Scene& scene, const Camera& camera,
   const int across = cells_across(cell);
   // No two tiles share a row.
   render_tiles(
-      scene, camera, unknown, found, settings, {found.fields, weighted, cell, true}, progress, film,
-      [&](int, const Tile& tile, const std::vector<SparseGradient>& gradients) {
+      scene, camera, unknown, found, settings,
+      {.fields = found.fields, .loss = weighted, .cell = cell, .number_places = true}, progress,
+      film, [&](int, const Tile& tile, const std::vector<SparseGradient>& gradients) {
         for (int y = tile.y0 / cell; y * cell < tile.y1; ++y)
           for (int x = tile.x0 / cell; x * cell < tile.x1; ++x)
             for (std::size_t f = 0; f < found.size(); ++f) {

@@ -141,7 +141,7 @@ def image_unknown(
     start = _start(scene, owner, request, title)
     assert start.texture is not None  # noqa: S101 - `_start` gives one
     texture = start.texture if kind.channels > 1 else numbers_of(start.texture)
-    pixels = texture.pixels
+    pixels = texture.pixels  # large ones are not copied without need
     if pixels.min() < np.float32(low) or pixels.max() > np.float32(high):
         pixels = np.clip(pixels, np.float32(low), np.float32(high))
     material = next(item for item in scene.materials if item.name == owner.name)
