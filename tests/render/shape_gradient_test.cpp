@@ -10,6 +10,8 @@
 #include "math/statistics.h"
 #include "render/driver/render.h"
 #include "render/lit_plane.h"
+#include "render/shape/fixed_normals.h"
+#include "render/shape/moved_mesh.h"
 #include "scene/small_scenes.h"
 
 namespace selenite {
@@ -58,6 +60,7 @@ struct Case {
   double sky;
   int depth;
   double roughness;  ///< of a plastic; 0: matte
+  ShadingNormals shading = ShadingNormals::kFollow;
 };
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 class Vertices : public testing::TestWithParam<Case> {};
@@ -95,7 +98,9 @@ TEST_P(Vertices, AgreeWithDifferencesOfRenders) {
   const auto mean = [&](int vertex, const Vec3d& step) {
     std::vector<Vec3f> moved = positions;
     moved[static_cast<std::size_t>(vertex)] += Vec3f(step);
-    const Scene other = with_vertices(scene, 0, normals, moved);
+    Scene other = with_vertices(scene, 0, normals, moved);
+    if (c.shading == ShadingNormals::kFixed)
+      other.geometry = scene.geometry->with_vertices(0, moved, normals.corner_normals(positions));
     const Film film = render(other, other.cameras[0], {}, settings);
     double sum = 0;
     for (std::size_t p = 0; p < weights.size(); ++p)
@@ -109,8 +114,10 @@ TEST_P(Vertices, AgreeWithDifferencesOfRenders) {
   for (int seed = 0; seed < 8; ++seed) {
     settings.seed = 100 + seed;
     settings.spp = 192;
+    const auto render =
+        c.shading == ShadingNormals::kFixed ? render_fixed_normals_gradient : render_shape_gradient;
     const ShapeGradient gradient =
-        render_shape_gradient(scene, scene.cameras[0], 0, normals, settings, loss);
+        render(scene, scene.cameras[0], 0, normals, settings, loss, nullptr);
     if (seed == 0) chosen = seen_vertices(gradient.vertices);
     ASSERT_EQ(chosen.size(), 50u);
     settings.spp = 32;
@@ -148,7 +155,41 @@ INSTANTIATE_TEST_SUITE_P(Bodies, Vertices,
                                          Case{"flat faces, direct light", Body::kFlat, 0, 1, 0},
                                          Case{"sphere under a sky", Body::kSphere, 0.4, 1, 0},
                                          Case{"bumpy plastic, direct light", Body::kBumpy, 0, 1,
-                                              0.4}));
+                                              0.4},
+                                         Case{"flat faces, fixed normals", Body::kFlat, 0.4, 1, 0,
+                                              ShadingNormals::kFixed}));
+
+TEST(FixedNormals, HasLittleOfTheNoise) {
+  const Scene scene = lit_body(Body::kBumpy, 0.4, matte("Body", 0.7));
+  const VertexNormals normals(scene.geometry->meshes()[0]);
+  RenderSettings settings;
+  settings.width = settings.height = 24;
+  settings.spp = 4;
+  const auto noise = [&](auto render) {
+    std::vector<Tally> found;
+    for (int seed = 0; seed < 8; ++seed) {
+      settings.seed = 50 + seed;
+      const ShapeGradient gradient = render(
+          scene, scene.cameras[0], 0, normals, settings, [](const Film& film) { return film.mean; },
+          nullptr);
+      found.resize(3 * gradient.vertices.size());
+      for (std::size_t i = 0; i < found.size(); ++i)
+        found[i].add(dot(gradient.vertices[i / 3], axis_of(static_cast<int>(i % 3))));
+    }
+    double sum = 0;
+    for (const Tally& one : found) sum += square(one.estimate().error);
+    return sum;
+  };
+  EXPECT_LT(noise(render_fixed_normals_gradient), 0.1 * noise(render_shape_gradient));
+}
+
+TEST(FixedNormals, IsThatOfSurfacesWithAnImage) {
+  Material painted = matte("Body", 0.7);
+  EXPECT_FALSE(has_image(lit_body(Body::kSphere, 0, painted), 0));
+  painted.maps.emplace_back();
+  EXPECT_TRUE(has_image(lit_body(Body::kSphere, 0, painted), 0));
+  EXPECT_FALSE(has_image(lit_body(Body::kSphere, 0, painted), 1)) << "of the floor";
+}
 
 TEST(ShapeGradient, IsTheSameForAnyNumberOfThreads) {
   const Scene scene = lit_body(Body::kBumpy, 0.3, matte("Body", 0.7));

@@ -10,6 +10,7 @@
 #include "fit/objective/closed_form_gain.h"
 #include "fit/objective/photo_weights.h"
 #include "model/field_index.h"
+#include "render/shape/fixed_normals.h"
 
 namespace selenite {
 namespace {
@@ -286,7 +287,9 @@ ShapeGradient PhotoEvaluator::shape_gradient(const Scene& scene, const MovableVe
   const Camera camera = camera_of(scene, photo);  // before the picture changes the alignment
   const Colorf fixed = gain_of(photo, point);
   Colorf gain;
-  ShapeGradient found = render_shape_gradient(
+  const auto render =
+      has_image(scene, vertices.instance) ? render_fixed_normals_gradient : render_shape_gradient;
+  ShapeGradient found = render(
       lit_for(photo, scene), camera, vertices.instance, vertices.normals,
       settings_of(photo, how.spp, how.seed),
       [&](const Film& rendered) {

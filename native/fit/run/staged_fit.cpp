@@ -55,8 +55,18 @@ bool fits_no_shape(const Stage& stage) {
   });
 }
 
-/// Of the step of vertices that a stage before has moved: they are almost there.
+/// Of the step of vertices that a stage before has moved, or whose image is fitted, too: they are
+/// almost there.
 constexpr double kLaterStep = 0.25;
+
+bool fits_images(const std::vector<Stage>& stages) {
+  return std::ranges::any_of(stages, [](const Stage& stage) {
+    return std::ranges::any_of(stage.parameters, [](const std::string& name) {
+      const std::string parameter = name.substr(name.rfind(':') + 1);
+      return is_image_name(parameter) || parameter == kVertexColors;
+    });
+  });
+}
 
 std::vector<Stage> some(std::vector<Stage> stages) {
   if (stages.empty()) throw Refused("Fit", "it has no stage", "give one at least");
@@ -85,9 +95,10 @@ std::unique_ptr<Fit> StagedFit::fit_of(std::size_t stage, const RunPoint& point)
   if (stage + 1 < stages_.size()) settings.refinement = "off";
   if (settings.workers) settings.workers = workers_of_stage(settings.workers, stage, point);
   std::vector<UnknownParameter> wanted = unknowns_.unknowns_at(one, point);
-  if (stage > 0 && !fits_no_shape(one) &&
-      std::any_of(stages_.begin(), stages_.begin() + static_cast<std::ptrdiff_t>(stage),
-                  [&](const Stage& other) { return other.parameters == one.parameters; }))
+  if (!fits_no_shape(one) &&
+      (fits_images(stages_) ||
+       std::any_of(stages_.begin(), stages_.begin() + static_cast<std::ptrdiff_t>(stage),
+                   [&](const Stage& other) { return other.parameters == one.parameters; })))
     wanted.front().learning_rate *= kLaterStep;
   return std::make_unique<Fit>(unknowns_.scene_at(one, point), one.photos, std::move(wanted),
                                std::move(settings));

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/shape/shape_descent.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "fit/evaluate/seeds.h"
 #include "fit/objective/photo_weights.h"
 #include "math/scalar.h"
+#include "render/shape/fixed_normals.h"
 
 namespace selenite {
 namespace {
@@ -51,8 +54,55 @@ double mean_square(const Picture& picture, const Photo& photo) {
   return sum;
 }
 
-/// Of the smoothness, after a quarter of a fit: the shape of the whole comes first, then details.
-constexpr double kFinerSmoothness = 0.15;
+/// Of vertices, by the areas of their triangles; 0 where these have none.
+VertexMatrix normals_of(const VertexMatrix& positions,
+                        const std::vector<std::array<int, 3>>& triangles) {
+  VertexMatrix normals = VertexMatrix::Zero(positions.rows(), 3);
+  for (const auto& [a, b, c] : triangles) {
+    const Eigen::RowVector3d ab = positions.row(b) - positions.row(a);
+    const Eigen::RowVector3d ac = positions.row(c) - positions.row(a);
+    const Eigen::RowVector3d doubled = ab.cross(ac);
+    for (const int v : {a, b, c}) normals.row(v) += doubled;
+  }
+  normals.rowwise().normalize();
+  return normals;
+}
+
+/// Of a way along the surface, where an image lies on it: the image slides with the vertices.
+constexpr double kSliding = 0.3;
+
+/// Leaves a share of what goes along the surface.
+void slide_less(const VertexMatrix& normals, VertexMatrix& ways) {
+  const Vector outwards = ways.cwiseProduct(normals).rowwise().sum();
+  ways = ways * kSliding + normals.cwiseProduct(outwards.replicate(1, 3)) * (1 - kSliding);
+}
+
+/// Divides the gradient of each vertex by its usual size, but by no less than the median: few vertices
+/// hold most of the noise.
+void balance(const Vector& squares, VertexMatrix& gradient) {
+  const Vector usual = squares.cwiseSqrt();
+  std::vector<double> sizes;
+  for (const double size : usual)
+    if (size > 0) sizes.push_back(size);
+  if (sizes.empty()) return;
+  const auto middle = sizes.begin() + std::ssize(sizes) / 2;
+  std::ranges::nth_element(sizes, middle);
+  gradient.array().colwise() /= usual.cwiseMax(*middle).array();
+}
+
+/// Of the smoothness, after a quarter of a fit: the shape of the whole comes first, then details. Where
+/// an image lies on the surface, vertices are almost there: from the start.
+constexpr double kFinerSmoothness = 0.15, kFinerWithImage = 0.4;
+
+struct Finer {
+  int from;      ///< iteration
+  double share;  ///< of the smoothness
+};
+Finer finer_of(const Scene& start, int instance, int iterations) {
+  if (has_image(start, instance)) return {0, kFinerWithImage};
+  return {iterations / 4, kFinerSmoothness};
+}
+
 /// In standard errors of the difference: the steps are too long then, or the moments mislead.
 constexpr double kSurelyWorse = 2;
 /// Of the share of a step that is taken: where it led to worse vertices, and to better ones.
@@ -166,6 +216,9 @@ void ShapeDescent::observe_outline(FitRun& run, const Scene& here, std::size_t i
 
 bool ShapeDescent::validate(FitRun& run, HistoryRow& row) {
   const Validation found = run.validate(run.point);
+  // An image that was fitted at another shape explains photos worse at a better one.
+  if (has_image(start_, vertices_.instance))
+    run.result.best_validation = std::numeric_limits<double>::quiet_NaN();
   if (!run.best.has_start()) run.best.note_start(found);
   run.best.note(row, found, run.result);
   if (run.result.best_iteration == row.iteration) {
@@ -209,21 +262,37 @@ bool ShapeDescent::finish(FitRun& run) {
 }
 
 void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
-  const int coarse = problem_->settings().iterations / 4;
+  const bool with_image = has_image(start_, vertices_.instance);
+  const auto [coarse, finer] =
+      finer_of(start_, vertices_.instance, problem_->settings().iterations);
   if (done_ == coarse) {
-    smoothing_ = smoothing_of(start_, vertices_.instance, options_.smoothness * kFinerSmoothness);
+    smoothing_ = smoothing_of(start_, vertices_.instance, options_.smoothness * finer);
     coordinates_ = smoothing_.apply(positions_);
     mean_.setZero();
     squares_.setZero();
     share_ = 1;
   }
   const int seen = done_ < coarse ? done_ : done_ - coarse;
-  const VertexMatrix smooth = smoothing_.solve(gradient);
-  mean_ = mean_ * options_.first_decay + smooth * (1 - options_.first_decay);
-  squares_ = squares_ * options_.second_decay + smooth.cwiseAbs2() * (1 - options_.second_decay);
   const double first = 1 - std::pow(options_.first_decay, seen + 1);
   const double second = 1 - std::pow(options_.second_decay, seen + 1);
-  const double typical = std::sqrt(squares_.mean() / second);
+  const double new_share = 1 - options_.second_decay;
+  squares_ *= options_.second_decay;
+  VertexMatrix balanced = gradient, normals;
+  if (with_image) {
+    normals = normals_of(positions_, mesh_of(start_, vertices_.instance).triangles);
+    slide_less(normals, balanced);
+    squares_.col(0) += balanced.rowwise().squaredNorm() * new_share;
+    balance(squares_.col(0) / second, balanced);
+  }
+  const VertexMatrix smooth = smoothing_.solve(balanced);
+  mean_ = mean_ * options_.first_decay + smooth * (1 - options_.first_decay);
+  // With an image, the first column has the vertices' own ones.
+  if (with_image)
+    squares_.col(1) += smooth.cwiseAbs2().rowwise().mean() * new_share;
+  else
+    squares_ += smooth.cwiseAbs2() * new_share;
+  const double typical =
+      std::sqrt((with_image ? squares_.col(1).mean() : squares_.mean()) / second);
   if (!(typical > 0) || !std::isfinite(typical)) return;
   const double turn = std::cos(std::numbers::pi * done_ / problem_->settings().iterations);
   const double rate = problem_->fields().wanted().front().learning_rate;
@@ -236,6 +305,11 @@ void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
   bool turned = false, crossed = false;
   for (int i = 0; i <= options_.halvings; ++i, share /= 2) {
     VertexMatrix there = smoothing_.solve(coordinates_ + way * share);
+    if (with_image) {
+      VertexMatrix moved = there - positions_;
+      slide_less(normals, moved);
+      there = positions_ + moved;
+    }
     for (int axis = 0; axis < 3; ++axis)
       there.col(axis) = there.col(axis)
                             .cwiseMax(low_[static_cast<std::size_t>(axis)])
@@ -290,8 +364,10 @@ void ShapeDescent::members(SavedState& state) {
                   "start without it");
   if (!state.reading()) return;
   guard_.set(positions_);
-  if (done_ > problem_->settings().iterations / 4)
-    smoothing_ = smoothing_of(start_, vertices_.instance, options_.smoothness * kFinerSmoothness);
+  const auto [coarse, finer] =
+      finer_of(start_, vertices_.instance, problem_->settings().iterations);
+  if (done_ > coarse)
+    smoothing_ = smoothing_of(start_, vertices_.instance, options_.smoothness * finer);
 }
 
 void ShapeDescent::plan(RenderPlan& plan) {

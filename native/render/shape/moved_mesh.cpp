@@ -11,7 +11,8 @@ constexpr float kLeastCosine = 0.01f;
 
 /// The derivative by the sum of the corners' normals, of which the unit vector is the shading normal.
 Vec3f by_sum(const Vec3f& by_normal, const Hit& hit, const Surface& surface,
-             const Geometry::Face& face) {
+             const Geometry::Face& face, const MovedMesh& mesh) {
+  if (mesh.shading == ShadingNormals::kFixed) return {};
   const auto share = shares_of(hit);
   Vec3f sum{};
   for (int k = 0; k < 3; ++k) sum += face.normals[k] * share[k];
@@ -25,7 +26,7 @@ Vec3f by_sum(const Vec3f& by_normal, const Hit& hit, const Surface& surface,
 void PointSlopes::spread_of_surface(const Hit& hit, const Surface& surface,
                                     VertexSums& sums) const {
   const Geometry::Face& face = *sums.mesh().geometry.face(hit.instance, hit.triangle);
-  const Vec3f by_normals = by_sum(normal, hit, surface, face);
+  const Vec3f by_normals = by_sum(normal, hit, surface, face, sums.mesh());
   const auto share = shares_of(hit);
   for (int k = 0; k < 3; ++k) {
     sums.add_position(hit.triangle, k, position * share[k]);
@@ -39,7 +40,7 @@ void PointSlopes::spread_of_ray(const Hit& hit, const Surface& surface, const Ve
   // A surface seen from its side moves far along the ray; few samples are there, and would outweigh all.
   const float along = std::copysign(std::max(std::abs(dot(surface.ng, direction)), kLeastCosine),
                                     dot(surface.ng, direction));
-  const Vec3f by_normals = by_sum(normal, hit, surface, face);
+  const Vec3f by_normals = by_sum(normal, hit, surface, face, sums.mesh());
   const float c1 = b1 + dot(by_normals, face.normals[1] - face.normals[0]);
   const float c2 = b2 + dot(by_normals, face.normals[2] - face.normals[0]);
   // The triangle's point that moves by v is left behind: the ray's point moves along the ray by

@@ -10,11 +10,15 @@
 
 namespace selenite {
 
+/// Whether a derivative lets the shading normals that rays meet turn as vertices move.
+enum class ShadingNormals { kFollow, kFixed };
+
 /// The object whose vertices are unknown. Its mesh is kept in world space.
 struct MovedMesh {
   const Geometry& geometry;
   int instance;
   const VertexNormals& normals;
+  ShadingNormals shading = ShadingNormals::kFollow;
 
   const Mesh& mesh() const { return geometry.meshes()[geometry.instances()[instance].mesh]; }
   std::size_t vertex_count() const { return mesh().positions.size(); }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "render/shape/shape_gradient.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include "math/cpu_seconds.h"
@@ -10,6 +11,7 @@
 #include "render/driver/ordered_sum.h"
 #include "render/driver/render.h"
 #include "render/driver/tile_pool.h"
+#include "render/shape/fixed_normals.h"
 #include "render/shape/moved_paths.h"
 #include "render/shape/shadow_edges.h"
 #include "render/shape/silhouettes.h"
@@ -17,36 +19,27 @@
 namespace selenite {
 namespace {
 
+/// Of the picture, for one of the derivative with fixed normals: the noise of the loss is most of
+/// what is left then.
+constexpr int kPictureSamples = 4;
+
 /// Of the derivative's samples, which are independent of those of the picture.
 std::uint64_t other_seed(std::uint64_t seed) { return mix64(seed + 0x5ca1ab1e); }
 
-}  // namespace
-
-int movable_object(const Scene& scene, std::string_view name) {
-  const auto& instances = scene.geometry->instances();
-  for (std::size_t i = 0; i < instances.size(); ++i) {
-    if (instances[i].name != name) continue;
-    if (!scene.geometry->in_world_space(static_cast<int>(i)))
-      throw Refused("Object '" + instances[i].name + "'", "several objects share its mesh",
-                    "make the mesh a single user");
-    return static_cast<int>(i);
-  }
-  throw NotFound("Object '" + std::string(name) + "'", "it is not in the scene",
-                 "give one that is rendered");
-}
-
-ShapeGradient render_shape_gradient(const Scene& scene, const Camera& camera, int instance,
-                                    const VertexNormals& normals, const RenderSettings& settings,
-                                    const PictureLoss& loss, Progress* progress) {
+ShapeGradient gradient_of(const Scene& scene, const Camera& camera, int instance,
+                          const VertexNormals& normals, const RenderSettings& settings,
+                          const PictureLoss& loss, Progress* progress, ShadingNormals shading) {
   settings.check();
-  const MovedMesh mesh{*scene.geometry, instance, normals};
+  const MovedMesh mesh{*scene.geometry, instance, normals, shading};
   if (has_undecided_aims(scene))
-    return render_shape_gradient(decide_aims(scene, camera, {}, settings, nullptr, progress),
-                                 camera, instance, normals, settings, loss, progress);
+    return gradient_of(decide_aims(scene, camera, {}, settings, nullptr, progress), camera,
+                       instance, normals, settings, loss, progress, shading);
   const auto start = std::chrono::steady_clock::now();
   const double cpu_start = cpu_seconds();
   ShapeGradient result;
-  result.film = render(scene, camera, {}, settings, progress);
+  RenderSettings of_picture = settings;
+  if (shading == ShadingNormals::kFixed) of_picture.spp *= kPictureSamples;
+  result.film = render(scene, camera, {}, of_picture, progress);
   Film& film = result.film;
   const Picture weights = loss(film);
 
@@ -65,7 +58,8 @@ ShapeGradient render_shape_gradient(const Scene& scene, const Camera& camera, in
   for_each_tile(settings, progress, [&](int i, const Tile& tile) {
     std::vector<SparseGradient> gradients(1);
     VertexSums of_tile(mesh, gradients[0]);
-    MovedPaths paths(prepared, pixels, settings.depth, mesh);
+    const int depth = shading == ShadingNormals::kFixed ? 1 : settings.depth;
+    MovedPaths paths(prepared, pixels, depth, mesh);
     for (int y = tile.y0; y < tile.y1; ++y) {
       CameraSamples samples(prepared, pixels, others, y, tile.x0, tile.x1);
       for (int x = tile.x0; x < tile.x1; ++x) {
@@ -99,6 +93,44 @@ ShapeGradient render_shape_gradient(const Scene& scene, const Camera& camera, in
   film.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   film.cpu_seconds = cpu_seconds() - cpu_start;
   return result;
+}
+
+}  // namespace
+
+int movable_object(const Scene& scene, std::string_view name) {
+  const auto& instances = scene.geometry->instances();
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    if (instances[i].name != name) continue;
+    if (!scene.geometry->in_world_space(static_cast<int>(i)))
+      throw Refused("Object '" + instances[i].name + "'", "several objects share its mesh",
+                    "make the mesh a single user");
+    return static_cast<int>(i);
+  }
+  throw NotFound("Object '" + std::string(name) + "'", "it is not in the scene",
+                 "give one that is rendered");
+}
+
+ShapeGradient render_shape_gradient(const Scene& scene, const Camera& camera, int instance,
+                                    const VertexNormals& normals, const RenderSettings& settings,
+                                    const PictureLoss& loss, Progress* progress) {
+  return gradient_of(scene, camera, instance, normals, settings, loss, progress,
+                     ShadingNormals::kFollow);
+}
+
+ShapeGradient render_fixed_normals_gradient(const Scene& scene, const Camera& camera, int instance,
+                                            const VertexNormals& normals,
+                                            const RenderSettings& settings, const PictureLoss& loss,
+                                            Progress* progress) {
+  return gradient_of(scene, camera, instance, normals, settings, loss, progress,
+                     ShadingNormals::kFixed);
+}
+
+bool has_image(const Scene& scene, int instance) {
+  const Instance& placed = scene.geometry->instances()[static_cast<std::size_t>(instance)];
+  return std::ranges::any_of(placed.materials, [&](int index) {
+    const Material& material = scene.appearance.materials[static_cast<std::size_t>(index)];
+    return !material.maps.empty() || !material.images.empty();
+  });
 }
 
 Scene with_vertices(const Scene& scene, int instance, const VertexNormals& normals,

@@ -12,9 +12,10 @@ from ...problems import listed
 from ..field_kinds import kind_of
 from .request import StageRequest
 
-#: How often shape and the rest take turns where everything is fitted together; the share of a
-#: stage's iterations that each turn, and the start, has; the fewest.
-_TURNS, _SHARE, _FEWEST = 2, 0.25, 5
+#: How often shape and the rest take turns where everything is fitted together; the same with an
+#: image or colours of a surface, which compensate for a wrong shape; the share of a stage's
+#: iterations that each turn, and the start, has; the fewest.
+_TURNS, _TURNS_WITH_IMAGE, _SHARE, _FEWEST = 2, 4, 0.25, 5
 
 
 def is_shape(name: str) -> bool:
@@ -33,7 +34,8 @@ def apart(
     names those that were added. The same where nothing else is fitted with vertices.
 
     Without stages: the rest for a short while, since a shape compensates for a wrong colour; each
-    shape; the rest; then all in turns. Of a stage that has both: turns.
+    shape; the rest; then all in turns. Of a stage that has both: turns. With an image there are
+    more turns and nothing before them, and the last of the rest has all iterations.
     """
     shapes = [name for name in names if is_shape(name)]
     rest = [name for name in names if not is_shape(name)]
@@ -41,6 +43,9 @@ def apart(
         return ()
     if stages:
         found = [part for stage in stages for part in _parts(stage, iterations)]
+    elif _has_image(names):
+        start = StageRequest("start of the rest", tuple(rest), _few(iterations))
+        found = [start, *_turns(StageRequest("together", tuple(names), iterations), iterations)]
     else:
         first = [StageRequest(_title(name), (name,), iterations) for name in shapes]
         if rest:
@@ -65,16 +70,27 @@ def _parts(stage: StageRequest, iterations: int) -> list[StageRequest]:
 
 def _turns(stage: StageRequest, iterations: int) -> list[StageRequest]:
     """The rest comes last: its intervals are those at the final shape."""
-    few = _few(stage.iterations or iterations)
+    every = stage.iterations or iterations
+    few, image = _few(every), _has_image(stage.parameters)
+    turns = _TURNS_WITH_IMAGE if image else _TURNS
     rest = tuple(name for name in stage.parameters if not is_shape(name))
     found: list[tuple[str, tuple[str, ...]]] = []
-    for turn in range(1, _TURNS + 1):
+    for turn in range(1, turns + 1):
         for name in stage.parameters:
             if is_shape(name):
                 found.append((f"{stage.name} {turn}: {_title(name)}", (name,)))
         if rest:
             found.append((f"{stage.name} {turn}: rest", rest))
-    return [replace(stage, name=name, parameters=own, iterations=few) for name, own in found]
+    parts = [replace(stage, name=name, parameters=own, iterations=few) for name, own in found]
+    if image:
+        parts[-1] = replace(parts[-1], iterations=every)
+    return parts
+
+
+def _has_image(names: Sequence[str]) -> bool:
+    """Whether an image or colours of a surface are among them."""
+    kinds = (kind_of(name.rpartition(":")[2]) for name in names)
+    return any(kind is not None and kind.is_surface for kind in kinds)
 
 
 def _few(iterations: int) -> int:
