@@ -7,6 +7,10 @@ its own texture (skipped where it is absent). `subsurface`: the same, half of it
 scattering. `normal`: a ball with a normal map of bumps. `memory`: a ball of 200,000 triangles with
 an image of 2048 x 2048 texels, a few iterations.
 
+All photos of a texel see the same light, and white light tells one number of its two slopes but
+for highlights. Who captures a normal map therefore lights it in colours: in `normal` red, green and
+blue come from different sides, by six soft lamps in a dim room, as in photometric stereo.
+
 A row each: error of the texels that photos see, their share, the error of the last photo in dB
 below its brightest tenth, iterations, CPU seconds and the peak of memory. The error of a colour is
 1 over its root mean square, in dB: of linear values and of those that an 8-bit file holds.
@@ -45,20 +49,40 @@ _NODE = "Map"
 
 @dataclass(frozen=True)
 class Row:
-    """name: what is fitted. cow: the body of shared/data. weight: of subsurface scattering."""
+    """name: what is fitted. cow: the body of shared/data. weight: of subsurface scattering.
+    colored: the light has another colour from each side."""
 
     name: str
     cow: bool = False
     weight: float = 0.0
     faces: int = 4096
+    texels: int = 256
+    colored: bool = False
 
+
+#: Place, colour, power in W and size of each lamp.
+_WHITE_LAMPS = (
+    ((2.0, -1.5, 3.0), (1.0, 1.0, 1.0), 80, 1.0),
+    ((-2.5, 2.0, 1.0), (1.0, 1.0, 1.0), 80, 1.0),
+)
+_COLORED_LAMPS = tuple(
+    (place, color, 300, 3.0)
+    for place, color in (
+        ((4.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
+        ((-4.0, 0.0, 0.0), (0.0, 1.0, 1.0)),
+        ((0.0, 4.0, 0.0), (0.0, 1.0, 0.0)),
+        ((0.0, -4.0, 0.0), (1.0, 0.0, 1.0)),
+        ((0.0, 0.0, 4.0), (0.0, 0.0, 1.0)),
+        ((0.0, 0.0, -4.0), (1.0, 1.0, 0.0)),
+    )
+)
 
 ROWS = {
     "roughness": Row("roughness_texture"),
     "spot": Row("base_color_texture", cow=True),
     "subsurface": Row("base_color_texture", cow=True, weight=0.5),
-    "normal": Row(f"{_NODE}.image"),
-    "memory": Row("base_color_texture", faces=200_000),
+    "normal": Row(f"{_NODE}.image", texels=64, colored=True),
+    "memory": Row("base_color_texture", faces=200_000, texels=2048),
 }
 
 
@@ -129,8 +153,12 @@ def _scene(row: Row, height: int) -> Any:  # noqa: ANN401
     panorama.image = bpy.data.images.load(str(DATA / "hdri/interior.exr"))
     background = next(n for n in world.node_tree.nodes if n.bl_idname == "ShaderNodeBackground")
     world.node_tree.links.new(panorama.outputs["Color"], background.inputs["Color"])
-    for index, place in enumerate(((2.0, -1.5, 3.0), (-2.5, 2.0, 1.0))):
-        lamp = made.light(f"Lamp {index}", "AREA", energy=80, size=1.0)
+    if row.colored:
+        background.inputs["Strength"].default_value = 0.2
+    for index, (place, color, watts, size) in enumerate(
+        _COLORED_LAMPS if row.colored else _WHITE_LAMPS
+    ):
+        lamp = made.light(f"Lamp {index}", "AREA", energy=watts, size=size, color=color)
         lamp.location, lamp.visible_camera = place, False
         lamp.rotation_euler = (-Vector(place)).to_track_quat("-Z", "Y").to_euler()
     for index in range(_CAMERAS):
@@ -199,7 +227,7 @@ def _error(name: str, found: np.ndarray, wanted: np.ndarray, seen: np.ndarray) -
 
 def examine(name: str, options: argparse.Namespace, more: list[str], folder: Path) -> str:
     """The table's row."""
-    row, texels = ROWS[name], options.texels or (2048 if name == "memory" else 256)
+    row, texels = ROWS[name], options.texels or ROWS[name].texels
     photos = folder / name
     photos.mkdir(exist_ok=True)
     pixels = truth(name, min(texels, 1024))

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <random>
 
 #include "fit/image_scenes.h"
 #include "fit/problem/pixel_weights.h"
+#include "fit/solver/bounded_influence.h"
 #include "fit/solver/field_gauss_newton.h"
 #include "fit/taken_photos.h"
 #include "scene/shader/shader.h"
@@ -132,6 +134,23 @@ struct LinearMaps {
     return all;
   }
 
+  /// Weights of all residuals, less those by which a cell would count for more than its neighbours.
+  Eigen::VectorXd bounded_weights() const {
+    Eigen::VectorXd all(jacobian.rows());
+    for (std::size_t i = 0; i < photos.size(); ++i) {
+      const Eigen::Index first = static_cast<Eigen::Index>(i) * 3 * kCells;
+      const Eigen::ArrayXd rows =
+          weights[i].cast<double>().array() *
+          jacobian.middleRows(first, 3 * kCells).rowwise().squaredNorm().array();
+      const Eigen::ArrayXf strength =
+          rows.reshaped(3, kCells).colwise().sum().transpose().cast<float>();
+      const Eigen::ArrayXf factors = bounded_influence(strength, kSide);
+      all.segment(first, 3 * kCells) = weights[i].cast<double>().cwiseProduct(
+          factors.replicate(1, 3).transpose().reshaped().matrix().cast<double>());
+    }
+    return all;
+  }
+
   /// Of each image and channel: differences between neighbours in a repeated image, and from the mean.
   Eigen::MatrixXd prior() const {
     constexpr FieldPriorOptions kPrior;
@@ -139,6 +158,12 @@ struct LinearMaps {
     Eigen::Index first = 0;
     for (std::size_t f = 0; f < fields.refs().size(); ++f) {
       const int n = fields.channels(f);
+      // So few texels differ as much as those of colours.
+      const double difference =
+          fields.acts_by_channel(f)
+              ? kPrior.image_difference
+              : std::min(kPrior.image_difference,
+                         kPrior.number_difference * kPrior.number_side / kAlong);
       const auto at = [&](int x, int y, int k) {
         return first + (y % kAlong * kAlong + x % kAlong) * n + k;
       };
@@ -146,7 +171,7 @@ struct LinearMaps {
         Eigen::VectorXd way = Eigen::VectorXd::Zero(numbers);
         way[a] = 1;
         way[b] -= 1;
-        sum += way * way.transpose() / (kPrior.image_difference * kPrior.image_difference);
+        sum += way * way.transpose() / (difference * difference);
       };
       for (int k = 0; k < n; ++k) {
         Eigen::VectorXd mine = Eigen::VectorXd::Zero(numbers);
@@ -176,10 +201,7 @@ TEST_P(CoupledImages, AStepIsThatOfTheDenseEquations) {
   world.newton->solve(1);
   world.newton->advance(Eigen::VectorXd(0));
 
-  Eigen::VectorXd weight(residual.size());
-  for (std::size_t i = 0; i < world.photos.size(); ++i)
-    weight.segment(static_cast<Eigen::Index>(i) * 3 * kCells, 3 * kCells) =
-        world.weights[i].cast<double>();
+  const Eigen::VectorXd weight = world.bounded_weights();
   const Eigen::MatrixXd weighted = weight.asDiagonal() * world.jacobian;
   Eigen::MatrixXd normal = world.jacobian.transpose() * weighted;
   Eigen::Index first = 0;
@@ -205,7 +227,9 @@ TEST_P(CoupledImages, ThePriorCountsByTheErrors) {
   LinearMaps world(GetParam());
   world.add_residuals(Eigen::VectorXd::Zero(world.numbers), 0.05);
   world.newton->solve(1);
-  const double variance = world.weights[0][0] * 0.05 * 0.05;
+  const Eigen::VectorXd weight = world.bounded_weights();
+  const Eigen::VectorXd strength = weight.cwiseProduct(world.jacobian.rowwise().squaredNorm());
+  const double variance = strength.dot(weight) / strength.sum() * 0.05 * 0.05;
   EXPECT_NEAR(world.newton->prior_strength(), variance, 0.15 * variance);
 }
 

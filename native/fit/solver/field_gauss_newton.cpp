@@ -342,13 +342,14 @@ void FieldGaussNewton::solve(double done) {
     std::vector<Eigen::VectorXf> rows;
     Eigen::Index count = 0;
     double noise = 0;
+    system.roots.clear();
     for (const View& view : views_) {
-      const Eigen::VectorXf weight = system.part.rows_of(view.weight);
-      const Eigen::VectorXf root = weight.cwiseSqrt();
-      parts.push_back(jacobian_of(view, system.part).scaled(root));
+      const CellMatrix jacobian = jacobian_of(view, system.part);
+      const Eigen::VectorXf& root = system.roots.emplace_back(roots_of(view, system, jacobian));
+      parts.push_back(jacobian.scaled(root));
       rows.push_back(root.cwiseProduct(system.part.rows_of(view.residual)));
       count += root.size();
-      noise += (parts.back().squared_rows().array() * weight.array() *
+      noise += (parts.back().squared_rows().array() * root.array().square() *
                 system.part.rows_of(view.variance).array())
                    .sum();
     }
@@ -387,7 +388,9 @@ void FieldGaussNewton::solve(double done) {
         NormalMatrix normal = system.normal;
         normal.add(system.variance, prior_.precision(), damping, &last);
         system.remaining = remaining_variance(*system.jacobian, normal, residuals[s]);
-        if (options_.by_agreement) system.variance = std::max(noise, system.remaining);
+        // Numbers have noise of few samples, which weights that are smooth overrate.
+        if (options_.by_agreement)
+          system.variance = has_numbers() ? system.remaining : std::max(noise, system.remaining);
         last = std::move(normal);
       }
     }
@@ -395,6 +398,22 @@ void FieldGaussNewton::solve(double done) {
     system.descent -=
         system.variance * prior_.precision()->times((values - prior_.mean())(system.part.numbers));
   }
+}
+
+Eigen::VectorXf FieldGaussNewton::roots_of(const View& view, const System& system,
+                                           const CellMatrix& jacobian) const {
+  const Eigen::VectorXf weight = system.part.rows_of(view.weight);
+  if (!has_numbers()) return weight.cwiseSqrt();
+  const Eigen::Index cells = std::ssize(view.cells);
+  const Eigen::ArrayXf of_rows = weight.array() * jacobian.squared_rows().array();
+  const Eigen::ArrayXf of_cells = of_rows.reshaped(cells, system.part.channels).rowwise().sum();
+  Eigen::ArrayXf strength = Eigen::ArrayXf::Zero(std::ssize(view.rows));
+  for (Eigen::Index row = 0; row < cells; ++row)
+    strength[view.cells[static_cast<std::size_t>(row)]] = of_cells[row];
+  const Eigen::ArrayXf factors =
+      bounded_influence(strength, cells_along(view.width, cell_), options_.influence);
+  const Eigen::ArrayXf counted = factors(view.cells);
+  return (weight.array() * counted.replicate(system.part.channels, 1)).sqrt();
 }
 
 Eigen::VectorXd FieldGaussNewton::damping_of(const System& system, double done) const {
@@ -564,12 +583,12 @@ void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
     const FieldNumbers::Part& part = system.part;
     Eigen::VectorXf shift = Eigen::VectorXf::Zero(system.jacobian->rows());
     Eigen::Index at = 0;
-    for (const View& view : views_) {
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      const View& view = views_[i];
       const Eigen::Index rows = part.channels * view.weight.rows();
       if (view.slopes.size() > 0)
-        shift.segment(at, rows) = part.rows_of(view.weight)
-                                      .cwiseSqrt()
-                                      .cwiseProduct(part.blocks_of(view.slopes) * du.cast<float>());
+        shift.segment(at, rows) =
+            system.roots[i].cwiseProduct(part.blocks_of(view.slopes) * du.cast<float>());
       at += rows;
     }
     const Eigen::VectorXd here = before(part.numbers);

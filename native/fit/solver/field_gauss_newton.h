@@ -9,6 +9,7 @@
 #include "fit/photo/photo.h"
 #include "fit/problem/fields.h"
 #include "fit/problem/settings.h"
+#include "fit/solver/bounded_influence.h"
 #include "fit/solver/cell_matrix.h"
 #include "fit/solver/field_numbers.h"
 #include "fit/solver/field_prior.h"
@@ -42,11 +43,15 @@ struct FieldGaussNewtonOptions {
   double most_leverage = 0.9;     ///< share of a residual that texels may take up
   double jacobian_kept =
       0.9;  ///< share of a Jacobian that each iteration keeps: it changes with voxels
+  /// Share of the residuals that each iteration keeps where images of numbers are alone: earlier ones
+  /// have moved as if pictures followed these linearly.
+  double numbers_kept = 0.9;
   FieldPriorOptions prior{};
   /// In units of the strength of a voxel that shows; they go from one to the other geometrically.
   double first_damping = 3e-3, last_damping = 3e-4;
-  int blocks = 10;                    ///< along a photo's longer side, as of `GainPriorOptions`
-  double environment_damping = 1e-5;  ///< light is linear: far steps are as good as near ones
+  BoundedInfluenceOptions influence{};  ///< of cells on numbers
+  int blocks = 10;                      ///< along a photo's longer side, as of `GainPriorOptions`
+  double environment_damping = 1e-5;    ///< light is linear: far steps are as good as near ones
   int active_set_rounds = 8;
   bool by_agreement = true;  ///< see `FitSettings::prior`
 
@@ -88,6 +93,8 @@ class FieldGaussNewton {
   int cell() const { return cell_; }  ///< pixels along a side of it
   bool has_environment() const { return prior_.has_environment(); }
   bool has_images() const { return groups_ != nullptr; }
+  /// Of images that act on all channels, such as a roughness. Pictures follow these less linearly than colours.
+  bool has_numbers() const { return has_images() && systems_.front().part.channels > 1; }
   /// Of each pixel of photo i in its cell.
   const std::vector<float>& shares(std::size_t i) const { return views_[i].share; }
 
@@ -151,6 +158,7 @@ class FieldGaussNewton {
   /// Equations that are solved together.
   struct System {
     FieldNumbers::Part part;
+    std::vector<Eigen::VectorXf> roots{};  ///< of the weights, of each photo
     /// Times the roots of the weights, of all photos.
     std::shared_ptr<const CellMatrix> jacobian = std::make_shared<const CellMatrix>();
     NormalMatrix normal{};
@@ -175,6 +183,9 @@ class FieldGaussNewton {
              const std::vector<Regressors>& z) const;
   /// The rows and columns of a system.
   CellMatrix jacobian_of(const View& view, const FieldNumbers::Part& part) const;
+  /// Roots of the weights of a photo's rows in a system.
+  Eigen::VectorXf roots_of(const View& view, const System& system,
+                           const CellMatrix& jacobian) const;
   /// Of each number of a system: by the strength of those of its field that show.
   Eigen::VectorXd damping_of(const System& system, double done) const;
   void gather_places(View& view, const std::vector<PlaceSlopes>& places, float fresh) const;

@@ -128,9 +128,9 @@ Precision FieldPrior::of_images() const {
   Precision found;
   found.level = Eigen::MatrixXd::Zero(all, levels);
   std::vector<Eigen::Triplet<double>> entries;
+  double weight = 0;
   const auto join = [&](Eigen::Index a, Eigen::Index b) {
     if (a == b) return;
-    const double weight = 1 / square(options_.image_difference);
     entries.emplace_back(a, a, weight);
     entries.emplace_back(b, b, weight);
     entries.emplace_back(a, b, -weight);
@@ -160,6 +160,13 @@ Precision FieldPrior::of_images() const {
   for (const FieldNumbers::Lattice& one : images_) {
     const int width = one.width, height = one.height, kinds = one.columns;
     const Eigen::Index count = static_cast<Eigen::Index>(width) * height;
+    const double side = std::sqrt(static_cast<double>(count));
+    const double fewer = std::max(1.0, options_.number_side / side);
+    weight = 1 / square(one.by_channel ? options_.image_difference
+                                       : std::min(options_.number_difference * fewer,
+                                                  options_.image_difference));
+    const double deviation = options_.image_deviation *
+                             (one.by_channel ? 1 : std::max(1.0, side / options_.number_side));
     for (int k = 0; k < kinds; ++k, ++level) {
       const auto at = [&](int x, int y) {
         return first + (static_cast<Eigen::Index>(y) * width + x) * kinds + k;
@@ -167,11 +174,10 @@ Precision FieldPrior::of_images() const {
       for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
           const Eigen::Index here = at(x, y);
-          entries.emplace_back(here, here, 1 / square(options_.image_deviation));
+          entries.emplace_back(here, here, 1 / square(deviation));
           if (x + 1 < width || one.repeats) join(here, at((x + 1) % width, y));
           if (y + 1 < height || one.repeats) join(here, at(x, (y + 1) % height));
-          found.level(here, level) =
-              1 / (options_.image_deviation * std::sqrt(static_cast<double>(count)));
+          found.level(here, level) = 1 / (deviation * side);
         }
     }
     if (!one.by_channel) couple(first, one);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/solver/joint_gauss_newton.h"
 
+#include <algorithm>
+
 #include "fit/problem/saved_state.h"
 
 namespace selenite {
@@ -10,6 +12,7 @@ JointGaussNewton::JointGaussNewton(const Problem& problem, const Fields& fields,
                                    const FieldGaussNewtonOptions& field_options)
     : problem_(&problem),
       aging_(options.aging),
+      numbers_kept_(field_options.numbers_kept),
       scalars_(problem, options),
       fields_(*FieldGaussNewton::of(fields, problem.photos, field_options)) {
   fields_.set_values(start);
@@ -75,7 +78,8 @@ Vector JointGaussNewton::step_by_residuals(const Vector& x, std::span<const Obse
 bool JointGaussNewton::has_scalars() const { return problem_->unknowns.size() > 0; }
 
 double JointGaussNewton::kept(int joined) const {
-  return scalars_.damping().kept() * (1 - aging_ / joined);
+  const double kept = scalars_.damping().kept() * (1 - aging_ / joined);
+  return has_scalars() || !fields_.has_numbers() ? kept : std::min(kept, numbers_kept_);
 }
 
 /// Their Jacobian has the gains in it. These minimise the photos and the prior together, so the slope by a

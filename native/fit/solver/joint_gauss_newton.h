@@ -72,7 +72,7 @@ class JointGaussNewton {
   double kept(int joined) const;
 
   const Problem* problem_;
-  double aging_;
+  double aging_, numbers_kept_;
   GaussNewton scalars_;
   FieldGaussNewton fields_;
   struct Waiting {
