@@ -12,6 +12,8 @@ from command_line import command
 from selenite import native
 from selenite.capture.scene_captures import captures_of
 from selenite.cli import main
+from selenite.commands.fitted.compare import compared
+from selenite.commands.parser import build_parser
 from selenite.report.hold_out import squared_error
 
 pytestmark = [pytest.mark.blender, pytest.mark.usefixtures("addon")]
@@ -154,3 +156,29 @@ def test_the_panel_holds_a_photo_out(photos, tmp_path):
     assert not captures_of(scene)[0].hold_out
     row.how.hold_out = True
     assert captures_of(scene)[0].hold_out
+
+
+def test_more_samples_join_those_before(photos, tmp_path, capsys):
+    file = captures(tmp_path, SEEN, UNSEEN | {"hold_out": True})
+    status, report, err = fit(capsys, tmp_path, photos, file)
+    assert status == 0, err
+    seen = []
+
+    def wants_more(found, samples):
+        assert found.rows[0].spp == samples
+        seen.append(found.rows[0])
+        return samples < 256
+
+    args = build_parser().parse_args(["compare", report["folder"], "--spp", "64"])
+    found, _ = compared(args, wants_more)
+    assert [row.spp for row in seen] == [64, 128, 256] and found.rows[0] is seen[-1]
+    first, second, last = (np.subtract(*row.halves).var() for row in seen)
+    # The difference of halves is noise alone: a quarter of it is left of four times the samples.
+    assert last / first == pytest.approx(0.25, rel=0.15)
+    # The new samples have noise of their own.
+    new = np.subtract(
+        *(2 * two - one for one, two in zip(*(r.halves for r in seen[:2]), strict=True))
+    )
+    old = np.subtract(*seen[0].halves)
+    assert abs(np.corrcoef(new.ravel(), old.ravel())[0, 1]) < 0.15
+    assert second < first

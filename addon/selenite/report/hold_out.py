@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 SHEET = "hold_out.png"
 #: Standard errors of a squared error below which noise hides it, and those of its upper limit.
 _HIDDEN, _LIMIT = 2.0, 1.645
+#: Between the seeds of renders that are added up: more than photos have.
+_SEEDS = 100_003
 
 
 @dataclass(frozen=True)
@@ -86,13 +88,20 @@ NOTHING = SquaredError(0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Compared:
-    """A photo beside its render. `own`: the same with the gain that suits the photo best."""
+    """A photo beside its render, the mean of two halves with noise of their own. spp: of both
+    together. `own`: the same with the gain that suits the photo best."""
 
     capture: Capture
-    render: np.ndarray
+    halves: tuple[np.ndarray, np.ndarray]
+    spp: int
     error: SquaredError
     own: SquaredError
     own_gain: tuple[float, float, float]
+
+    @property
+    def render(self) -> np.ndarray:
+        """(h, w, 3)."""
+        return ((self.halves[0] + self.halves[1]) / 2).astype(np.float32)
 
     def as_json(self) -> dict[str, object]:
         """Keys of a photo in compare.json."""
@@ -110,15 +119,22 @@ def compare(
     capture: Capture,
     settings: FitSettings,
     spp: int,
+    before: Compared | None = None,
 ) -> Compared:
     """Renders the photo twice, by random numbers of their own: products of both differences have no
     bias by their noise. The own gain is one factor, or one of each channel where the capture's gain
-    is free by channel."""
+    is free by channel. before: what fewer samples have shown, which count too."""
     renders, view = evaluator(scene, settings), capture.view()
-    halves = [
-        renders.picture(view, max(1, spp // 2), seed=2 * settings.seed + half).image.astype(float)
-        for half in range(2)
-    ]
+    known = 0 if before is None else before.spp // 2
+    each = max(1, spp // 2)
+    halves = []
+    for half in range(2):
+        # Each number of samples has random numbers of its own.
+        seed = 2 * settings.seed + half + _SEEDS * known
+        seen = renders.picture(view, each - known, seed=seed).image.astype(float)
+        halves.append(seen)
+        if before is not None:
+            halves[half] += (before.halves[half] - seen) * known / each
     photo, weight = capture.reference.astype(float), capture.weight.astype(float)[..., None]
     axes = (0, 1) if capture.free_gain == "rgb" else (0, 1, 2)
     strength = (weight * halves[0] * halves[1]).sum(axis=axes)
@@ -127,7 +143,8 @@ def compare(
     gain = np.broadcast_to(gain, 3)
     return Compared(
         capture,
-        ((halves[0] + halves[1]) / 2).astype(np.float32),
+        (halves[0], halves[1]),
+        2 * each,
         squared_error(halves, photo, weight),
         squared_error([half * gain for half in halves], photo, weight),
         (float(gain[0]), float(gain[1]), float(gain[2])),
@@ -228,11 +245,12 @@ def compare_all(
     settings: FitSettings,
     spp: int,
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
+    before: Sequence[Compared] = (),
 ) -> list[Compared]:
-    """`compare` for each photo."""
+    """`compare` for each photo. before: the same of fewer samples."""
     rows = []
     for index, capture in enumerate(captures):
         progress(capture.id, index / len(captures))
         own = replace(settings, seed=settings.seed + index)
-        rows.append(compare(scene, capture, own, spp))
+        rows.append(compare(scene, capture, own, spp, before[index] if before else None))
     return rows

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,8 +37,11 @@ def run(args: argparse.Namespace) -> dict[str, object]:
     return found.as_json() | {"folder": str(out)}
 
 
-def compared(args: argparse.Namespace) -> tuple[hold_out.Comparison, Path]:
-    """Renders photos at the fitted values; writes a report and a contact sheet into a folder."""
+def compared(
+    args: argparse.Namespace, wants_more: Callable[[hold_out.Comparison, int], bool] | None = None
+) -> tuple[hold_out.Comparison, Path]:
+    """Renders photos at the fitted values; writes a report and a contact sheet into a folder.
+    wants_more: whether twice as many samples as those are to be taken."""
     problems: list[Problem] = []
     folder = absolute(args.result)
     out = arguments.output_folder(args.out or str(folder / FOLDER), problems)
@@ -70,15 +73,22 @@ def compared(args: argparse.Namespace) -> tuple[hold_out.Comparison, Path]:
     seen = hold_out.fitted_among(captures, [item for item in fitted if not item.hold_out])
     stored = stored_result(folder)
     placed = [stored.as_found(item) if item.id in seen else item for item in captures]
-    with bar("comparing") as shown:
-        rows = hold_out.compare_all(
-            native_one,
-            placed,
-            replace(settings, seed=settings.seed + 1),
-            spp,
-            lambda text, fraction: shown.update(fraction, note=text),
-        )
-    found = hold_out.Comparison(rows, seen)
+    settings = replace(settings, seed=settings.seed + 1)
+    rows: list[hold_out.Compared] = []
+    while True:
+        with bar("comparing") as shown:
+            rows = hold_out.compare_all(
+                native_one,
+                placed,
+                settings,
+                spp,
+                lambda text, fraction: shown.update(fraction, note=text),
+                rows,
+            )
+        found = hold_out.Comparison(rows, seen)
+        if wants_more is None or not wants_more(found, spp):
+            break
+        spp *= 2
     for text in _lines(found):
         say(text)
     out.mkdir(parents=True, exist_ok=True)

@@ -24,7 +24,7 @@ from ...fit.model_chain import Chain, Fitted, Step
 from ...fit.unknowns import candidates_of
 from ...problems import BadInput, Problem, choice, listed
 from ...report.fitted_scene import field_files
-from ...report.hold_out import Comparison
+from ...report.hold_out import Comparison, SquaredError
 from ...report.results import new_folder
 from ...scene_read.options import ReadingOptions
 from ...scene_read.values import GridValues, Owner, SceneValues
@@ -167,9 +167,15 @@ class _Bench:
         grid_files.write_npy(path, sampled(grid, np.zeros(3), np.ones(3), fine))
         return str(path)
 
-    def _compared(self, folder: Path, samples: int, *more: str) -> Comparison:
+    def _compared(
+        self,
+        folder: Path,
+        samples: int,
+        *more: str,
+        wants_more: Callable[[Comparison, int], bool] | None = None,
+    ) -> Comparison:
         words = ["compare", str(folder), "--spp", str(samples), *more]
-        found, _ = compare.compared(build_parser().parse_args(words))
+        found, _ = compare.compared(build_parser().parse_args(words), wants_more)
         return found
 
     def _error_of(self, report: FitReport) -> float | None:
@@ -177,14 +183,16 @@ class _Bench:
         free; its upper limit where noise hides it; None without a result folder."""
         if report.folder is None:
             return None
-        samples = _SAMPLES
-        while True:
-            found = self._compared(report.folder, samples)
+
+        def error_of(found: Comparison) -> SquaredError:
             free = any(row.capture.free_gain != "none" for row in found.rows)
-            error = found.own if free else found.error
-            if error.noise <= _NOISE or samples >= _MOST_SAMPLES:
-                return error.at_most if error.relative is None else error.relative
-            samples *= 2
+            return found.own if free else found.error
+
+        def wants_more(found: Comparison, samples: int) -> bool:
+            return error_of(found).noise > _NOISE and samples < _MOST_SAMPLES
+
+        error = error_of(self._compared(report.folder, _SAMPLES, wants_more=wants_more))
+        return error.at_most if error.relative is None else error.relative
 
     def _form(self, form: str, path: Path, best: Fitted | None) -> None:
         """Saves a copy of the scene whose body has that model. Subsurface scattering has the image
