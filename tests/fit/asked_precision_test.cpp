@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {
@@ -41,6 +43,19 @@ TEST(AskedPrecision, WantsNothingOfWhatSamplesDoNotDetermine) {
   Confidence open = known(0.5, 0.2);
   open.determined = false;
   EXPECT_EQ(factor(kRoughness, open, 0.5, 0.01), 0);
+}
+
+// What photos differ by stays: 1/4 of the variance, 3/4 are noise of samples.
+TEST(AskedPrecision, SamplesNarrowTheNoiseAlone) {
+  Confidence one = known(0.2, 0.0075);
+  one.lasting = 0.25;
+  const double squared = 1.5 * 1.5;
+  const double left = 1 - 0.25 * squared;
+  EXPECT_NEAR(factor(kRoughness, one, 0.2, 0.01), 0.75 * squared / left, 1e-9);
+  one.interval = {0.195, 0.205};
+  EXPECT_NEAR(factor(kRoughness, one, 0.2, 0.01), 1, 1e-9) << "as narrow as asked";
+  one.interval = {0.189, 0.211};
+  EXPECT_TRUE(std::isinf(factor(kRoughness, one, 0.2, 0.01))) << "half of it lasts";
 }
 
 // Few samples may have led it there: the interval says how far from it the truth may lie.

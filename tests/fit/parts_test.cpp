@@ -55,6 +55,8 @@ TEST(PartsOfPhotos, WidenByTheirScatter) {
   EXPECT_NEAR(found.one.interval[0], found.value(-half), 1e-9);
   EXPECT_NEAR(found.one.interval[1], found.value(half), 1e-9);
   EXPECT_NEAR(std::sqrt(found.variance), half / kQuantile90, 1e-6);
+  // What the report had as noise is a small share of it.
+  EXPECT_NEAR(found.one.lasting, 1 - std::pow(kQuantile90 * 0.01 / half, 2), 0.01);
 }
 
 TEST(PartsOfPhotos, AreLeftAloneWithinChance) {

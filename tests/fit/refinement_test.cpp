@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
 #include "fit/given_evaluator.h"
 #include "fit/inference/asked_precision.h"
@@ -122,6 +123,35 @@ TEST(Refinement, EndsWhenValuesAreKnownAsWellAsAsked) {
       refine(truth, photos, 1, synthetic_unknowns(), kAll, {.precision = asked / 1000});
   EXPECT_GT(widest(beyond, asked / 1000), 1);
   EXPECT_EQ(beyond.report.passes, 2);
+}
+
+// Four photos of two bodies: colours are known as badly as they differ, by whatever many samples.
+TEST(Refinement, TakesNoSamplesWherePhotosDiffer) {
+  constexpr int kAll = 1024;
+  constexpr double kAsked = 0.04;
+  std::vector<Photo> photos;
+  for (const float colour : {0.3f, 0.5f}) {
+    Scene scene = synthetic_scene();
+    scene.appearance.materials[0].values.base_color = {colour, 0.6f, 0.8f};
+    for (const char* camera : {"Left", "Right"}) {
+      photos.push_back(synthetic_capture(scene, camera, kSize));
+      photos.back().id = std::to_string(photos.size());
+    }
+  }
+  const Unknowns unknowns(synthetic_scene(), synthetic_unknowns());
+  const Refined found =
+      refine(synthetic_truth(), photos, 1, synthetic_unknowns(), kAll, {.precision = kAsked});
+  EXPECT_EQ(found.report.passes, 2);
+  EXPECT_LT(found.report.spp, kAll / 2);
+  const Confidence& red = found.report.components[0];
+  ASSERT_TRUE(red.determined);
+  EXPECT_GT(red.lasting, 0.8);
+  const Vector factors = samples_factors(unknowns, found.values, found.report.components, kAsked);
+  EXPECT_TRUE(std::isinf(factors[0]));
+  // It is not so wide that it would be given up as noise.
+  const double range = unknowns.maximum()[0] - unknowns.minimum()[0];
+  const double half = (red.interval[1] - red.interval[0]) / 2;
+  EXPECT_LT(std::pow(half / (kAsked * range), 2), 16.0 * kAll / found.report.spp);
 }
 
 TEST(Refinement, NamesWhatNoPictureShows) {

@@ -125,11 +125,12 @@ def result() -> FinishedFit:
         }],
     })  # fmt: skip
     unseen = photo("Back")
+    halves = (unseen.reference, unseen.reference)
     error, own = SquaredError(0.5, 0.0001, 8.0), SquaredError(0.001, 0.01, 8.0)
     return FinishedFit(
         fit, notes=("a note",), fitted_means={IMAGE: (0.5, 0.25, 0.125)},
         halves={IMAGE: Halves(0.125, 0.25, 0.5, np.zeros((2, 2)))},
-        hold_out=[Compared(unseen, (unseen.reference, unseen.reference), 2, error, own, (1.0, 1.5, 2.0))],
+        hold_out=[Compared(unseen, halves, 2, error, own, (1.0, 1.5, 2.0))],
         doubtful_shifts={"Front": "limit"},
     )  # fmt: skip
 

@@ -116,6 +116,13 @@ def test_a_value_less_sure_than_asked_has_the_samples_that_it_takes(
     assert text.startswith(f"less sure than asked: it would take about {words} times the samples")
 
 
+def test_where_photos_differ_no_samples_are_asked_for() -> None:
+    found = result()
+    found.report.parameters["Body:roughness"].samples_factor = [np.inf]
+    (_, text) = trust.words(ROUGHNESS, found)
+    assert "more samples of them would not help" in text and "inf" not in text
+
+
 def test_a_small_misfit_is_not_said_to_be_0_percent() -> None:
     (words,) = trust.words(ROUGHNESS, result(value=9e-6, explained=False))
     assert "with 0.3 % unexplained" in words

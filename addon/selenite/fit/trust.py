@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, TypeVar
@@ -165,7 +166,16 @@ def words(unknown: Unknown, fit: FitResult, *, intervals: bool = True) -> list[s
         lines += _under_texels(unknown, fit)
     if not all(reported.determined):
         lines.append(_undetermined(unknown, reported, _alternatives(unknown, fit)))
-    if (factor := max(reported.samples_factor)) > 1:
+    factor = max(reported.samples_factor)
+    if math.isinf(factor):
+        lines.append(
+            message(
+                "trust.photos-differ-more-than-asked",
+                "less sure than asked, as the photos differ: more samples of them would not "
+                "help, more photos or a better model may",
+            )
+        )
+    elif factor > 1:
         lines.append(
             message(
                 "trust.less-sure-than-asked",

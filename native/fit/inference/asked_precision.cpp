@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "math/scalar.h"
 
@@ -22,7 +23,10 @@ Vector samples_factors(const Unknowns& unknowns, const Vector& x,
     const double range = unknowns.maximum()[k] - unknowns.minimum()[k];
     const bool by_ratio = unknowns.description_of(static_cast<int>(k)).scale == Scale::kLog;
     const double asked = share * std::max(by_ratio ? 0.0 : range, kOfValue * std::abs(x[k]));
-    factors[k] = square((one.interval[1] - one.interval[0]) / 2 / asked);
+    const double squared = square((one.interval[1] - one.interval[0]) / 2 / asked);
+    const double lasting = one.lasting * squared;
+    factors[k] =
+        lasting < 1 ? (squared - lasting) / (1 - lasting) : std::numeric_limits<double>::infinity();
   }
   return factors;
 }

@@ -13,8 +13,9 @@ namespace selenite {
 /// The bounds of a logarithmic value say nothing of how well it should be known. At most 1: it is.
 /// 0 where the photos do not determine a component.
 ///
-/// Intervals are taken to narrow with the root of the samples. Noise of the photos and model errors do
-/// not, so no factor is too large for what it leaves out; instruments that are still noisy narrow faster.
+/// Intervals are taken to narrow with the root of the samples, but for `Confidence::lasting`; infinite
+/// where that alone is wider than asked. Noise of the photos does not narrow either, so no factor is too
+/// large for what it leaves out; instruments that are still noisy narrow faster.
 Vector samples_factors(const Unknowns& unknowns, const Vector& x,
                        const std::vector<Confidence>& components, double share);
 

@@ -46,6 +46,7 @@ struct Confidence {
   double by_slope = 0;               ///< the same by the slope at the values of the pass alone
   std::array<double, 2> interval{};  ///< holds the truth in 90 % of all fits; inside the bounds
   bool determined = false;           ///< else neither of the two is to be shown
+  double lasting = 0;  ///< share of its variance that is no noise: photos differ by it
   AtBound at_bound = AtBound::kNo;
   int correlated_with = -1;  ///< component that can make up for it in these photos
 };

@@ -33,6 +33,7 @@ Confidence confidence(const ExpansionPoint& point, const NormalSolution& solutio
   one.standard_error =
       point.is_roughness(k) ? std::min(one.by_slope, error_of(one.interval)) : one.by_slope;
   one.determined = error < point.options.undetermined * point.range(k);
+  one.lasting = solution.lasting[at];
   if (to <= reparametrization.minimum()[k]) one.at_bound = AtBound::kMinimum;
   if (to >= reparametrization.maximum()[k]) one.at_bound = AtBound::kMaximum;
   return one;

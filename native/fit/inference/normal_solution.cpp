@@ -78,10 +78,13 @@ NormalSolution solve(const NormalEquations& equations, const ExpansionPoint& poi
           .diagonal();
   const Vector widening =
       equations.clusters.widening(free, solution.inverse, solution.step, pixels);
+  const Vector noise_alone = solution.covariance.diagonal();
   solution.covariance = widening.asDiagonal() * solution.covariance * widening.asDiagonal();
+  const Vector differing = solution.covariance.diagonal() - noise_alone;
   respond(equations, free, fixed, options.coupled, solution);
   if (unsure_step.size() > 0)
     solution.covariance += unsure_step(free) * unsure_step(free).transpose();
+  solution.lasting = differing.cwiseQuotient(solution.covariance.diagonal());
   return solution;
 }
 

@@ -22,6 +22,7 @@ struct NormalSolution {
   Eigen::MatrixXd
       responses;        ///< of the free components to the extent of each fixed one, a column each
   double surprise = 0;  ///< largest component of the step along a direction, in deviations
+  Vector lasting;       ///< shares of the variances by which photos and blocks of pixels differ
 };
 
 /// Solves for the components `free` in the singular directions of the scaled normal matrix. A direction

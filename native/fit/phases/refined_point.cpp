@@ -11,6 +11,14 @@
 #include "fit/problem/saved_state.h"
 
 namespace selenite {
+namespace {
+
+/// Squared share of the brightness: below, photos differ by what blurs and bright pixels do, too, and more
+/// samples still bring the values nearer.
+constexpr double kWrongModel = 0.05 * 0.05;
+
+}  // namespace
+
 RefinedPoint::RefinedPoint(const Problem& problem, std::unique_ptr<GaussNewton> optimiser, Vector x)
     : problem(&problem),
       gauss_newton(optimiser ? std::move(*optimiser) : GaussNewton(problem)),
@@ -26,7 +34,10 @@ void RefinedPoint::gather(const Observation& derivatives, double weight) {
 }
 
 Estimate RefinedPoint::estimate_here() const {
-  return estimate(problem->unknowns, reparametrization(), u, equations, with_fixed(others));
+  Estimate now = estimate(problem->unknowns, reparametrization(), u, equations, with_fixed(others));
+  if (report.misfit.explained || report.misfit.value < kWrongModel)
+    for (Confidence& one : now.components) one.lasting = 0;
+  return now;
 }
 
 OtherPasses RefinedPoint::with_fixed(OtherPasses with) const {

@@ -63,8 +63,11 @@ void widen_by_parts(const Unknowns& unknowns, const Reparametrization& reparamet
     const std::array<double, 2> wide = point.values_between(k, -half, half);
     const double before = one.interval[1] - one.interval[0];
     one.interval = {std::min(one.interval[0], wide[0]), std::max(one.interval[1], wide[1])};
-    if (before > 0)
-      one.standard_error *= std::max(1.0, (one.interval[1] - one.interval[0]) / before);
+    if (before > 0) {
+      const double wider = std::max(1.0, (one.interval[1] - one.interval[0]) / before);
+      one.standard_error *= wider;
+      one.lasting = 1 - (1 - one.lasting) / square(wider);
+    }
     const double error = half / kQuantile90;
     if (variance > 0) factors[k] = std::max(1.0, error / std::sqrt(variance));
     // Beyond an even spread over the range it says nothing; below, how little is known.
