@@ -71,23 +71,11 @@ VertexMatrix normals_of(const VertexMatrix& positions,
 /// Of a way along the surface, where an image lies on it: the image slides with the vertices.
 constexpr double kSliding = 0.3;
 
-/// Leaves a share of what goes along the surface.
-void slide_less(const VertexMatrix& normals, VertexMatrix& ways) {
+/// With a share of what goes along the surface; as they are without normals.
+VertexMatrix slid_less(const VertexMatrix& ways, const VertexMatrix& normals) {
+  if (normals.size() == 0) return ways;
   const Vector outwards = ways.cwiseProduct(normals).rowwise().sum();
-  ways = ways * kSliding + normals.cwiseProduct(outwards.replicate(1, 3)) * (1 - kSliding);
-}
-
-/// Divides the gradient of each vertex by its usual size, but by no less than the median: few vertices
-/// hold most of the noise.
-void balance(const Vector& squares, VertexMatrix& gradient) {
-  const Vector usual = squares.cwiseSqrt();
-  std::vector<double> sizes;
-  for (const double size : usual)
-    if (size > 0) sizes.push_back(size);
-  if (sizes.empty()) return;
-  const auto middle = sizes.begin() + std::ssize(sizes) / 2;
-  std::ranges::nth_element(sizes, middle);
-  gradient.array().colwise() /= usual.cwiseMax(*middle).array();
+  return ways * kSliding + normals.cwiseProduct(outwards.replicate(1, 3)) * (1 - kSliding);
 }
 
 /// Of the smoothness, after a quarter of a fit: the shape of the whole comes first, then details. Where
@@ -98,8 +86,8 @@ struct Finer {
   int from;      ///< iteration
   double share;  ///< of the smoothness
 };
-Finer finer_of(const Scene& start, int instance, int iterations) {
-  if (has_image(start, instance)) return {0, kFinerWithImage};
+Finer finer_of(bool with_image, int iterations) {
+  if (with_image) return {0, kFinerWithImage};
   return {iterations / 4, kFinerSmoothness};
 }
 
@@ -122,14 +110,15 @@ ShapeDescent::ShapeDescent(const FitRun& run, ShapeDescentOptions options)
       start_(problem_->scene_at(problem_->start())),
       vertices_{problem_->fields().vertices()->instance,
                 VertexNormals(mesh_of(start_, problem_->fields().vertices()->instance))},
+      with_image_(has_image(start_, vertices_.instance)),
       smoothing_(smoothing_of(start_, vertices_.instance, options_.smoothness)),
       guard_(mesh_of(start_, vertices_.instance).triangles, vertices_.normals,
              as_matrix(mesh_of(start_, vertices_.instance).positions)),
       positions_(as_matrix(mesh_of(start_, vertices_.instance).positions)),
       coordinates_(smoothing_.apply(positions_)),
       best_(positions_),
-      mean_(VertexMatrix::Zero(positions_.rows(), 3)),
-      squares_(mean_) {
+      moments_(positions_.rows(), with_image_ ? StepScale::kOfVertices : StepScale::kShared,
+               options_.first_decay, options_.second_decay) {
   const UnknownParameter& unknown = problem_->fields().wanted().front();
   const Eigen::RowVector3d low = positions_.colwise().minCoeff();
   const Eigen::RowVector3d high = positions_.colwise().maxCoeff();
@@ -217,8 +206,7 @@ void ShapeDescent::observe_outline(FitRun& run, const Scene& here, std::size_t i
 bool ShapeDescent::validate(FitRun& run, HistoryRow& row) {
   const Validation found = run.validate(run.point);
   // An image that was fitted at another shape explains photos worse at a better one.
-  if (has_image(start_, vertices_.instance))
-    run.result.best_validation = std::numeric_limits<double>::quiet_NaN();
+  if (with_image_) run.result.best_validation = std::numeric_limits<double>::quiet_NaN();
   if (!run.best.has_start()) run.best.note_start(found);
   run.best.note(row, found, run.result);
   if (run.result.best_iteration == row.iteration) {
@@ -232,7 +220,7 @@ void ShapeDescent::return_to_best() {
   share_ *= kShrinkage;
   positions_ = best_;
   coordinates_ = smoothing_.apply(positions_);
-  mean_.setZero();
+  moments_.forget_mean();
   guard_.set(positions_);
 }
 
@@ -262,54 +250,30 @@ bool ShapeDescent::finish(FitRun& run) {
 }
 
 void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
-  const bool with_image = has_image(start_, vertices_.instance);
-  const auto [coarse, finer] =
-      finer_of(start_, vertices_.instance, problem_->settings().iterations);
+  const auto [coarse, finer] = finer_of(with_image_, problem_->settings().iterations);
   if (done_ == coarse) {
     smoothing_ = smoothing_of(start_, vertices_.instance, options_.smoothness * finer);
     coordinates_ = smoothing_.apply(positions_);
-    mean_.setZero();
-    squares_.setZero();
+    moments_.reset();
     share_ = 1;
   }
-  const int seen = done_ < coarse ? done_ : done_ - coarse;
-  const double first = 1 - std::pow(options_.first_decay, seen + 1);
-  const double second = 1 - std::pow(options_.second_decay, seen + 1);
-  const double new_share = 1 - options_.second_decay;
-  squares_ *= options_.second_decay;
-  VertexMatrix balanced = gradient, normals;
-  if (with_image) {
-    normals = normals_of(positions_, mesh_of(start_, vertices_.instance).triangles);
-    slide_less(normals, balanced);
-    squares_.col(0) += balanced.rowwise().squaredNorm() * new_share;
-    balance(squares_.col(0) / second, balanced);
-  }
-  const VertexMatrix smooth = smoothing_.solve(balanced);
-  mean_ = mean_ * options_.first_decay + smooth * (1 - options_.first_decay);
-  // With an image, the first column has the vertices' own ones.
-  if (with_image)
-    squares_.col(1) += smooth.cwiseAbs2().rowwise().mean() * new_share;
-  else
-    squares_ += smooth.cwiseAbs2() * new_share;
-  const double typical =
-      std::sqrt((with_image ? squares_.col(1).mean() : squares_.mean()) / second);
-  if (!(typical > 0) || !std::isfinite(typical)) return;
+  const VertexMatrix normals =
+      with_image_ ? normals_of(positions_, mesh_of(start_, vertices_.instance).triangles)
+                  : VertexMatrix();
+  const VertexMatrix direction = moments_.add(slid_less(gradient, normals), smoothing_);
+  if (direction.size() == 0) return;
   const double turn = std::cos(std::numbers::pi * done_ / problem_->settings().iterations);
   const double rate = problem_->fields().wanted().front().learning_rate;
   const double length =
       share_ * size_ * rate * (options_.last_step + (1 - options_.last_step) * (1 + turn) / 2);
-  const VertexMatrix way = mean_ * (-length / (first * typical));
+  const VertexMatrix way = direction * -length;
   const double farthest =
       (smoothing_.solve(coordinates_ + way) - positions_).rowwise().norm().maxCoeff();
   double share = farthest > length ? length / farthest : 1;
   bool turned = false, crossed = false;
   for (int i = 0; i <= options_.halvings; ++i, share /= 2) {
     VertexMatrix there = smoothing_.solve(coordinates_ + way * share);
-    if (with_image) {
-      VertexMatrix moved = there - positions_;
-      slide_less(normals, moved);
-      there = positions_ + moved;
-    }
+    there = positions_ + slid_less(there - positions_, normals);
     for (int axis = 0; axis < 3; ++axis)
       there.col(axis) = there.col(axis)
                             .cwiseMax(low_[static_cast<std::size_t>(axis)])
@@ -328,7 +292,7 @@ void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
   steps.turning += turned;
   steps.intersecting += crossed;
   ++steps.given_up;
-  mean_.setZero();  // what led here leads nowhere
+  moments_.forget_mean();
 }
 
 void ShapeDescent::hold_back(VertexMatrix& there, bool& turned, bool& crossed) const {
@@ -356,7 +320,7 @@ double ShapeDescent::fraction() const {
 
 void ShapeDescent::members(SavedState& state) {
   const Eigen::Index count = positions_.rows();
-  state(positions_, coordinates_, best_, mean_, squares_, brightness_, done_, share_);
+  state(positions_, coordinates_, best_, moments_, brightness_, done_, share_);
   if (positions_.rows() != count)
     throw Refused("",
                   "The saved state is of a mesh with " + std::to_string(positions_.rows()) +
@@ -364,8 +328,7 @@ void ShapeDescent::members(SavedState& state) {
                   "start without it");
   if (!state.reading()) return;
   guard_.set(positions_);
-  const auto [coarse, finer] =
-      finer_of(start_, vertices_.instance, problem_->settings().iterations);
+  const auto [coarse, finer] = finer_of(with_image_, problem_->settings().iterations);
   if (done_ > coarse)
     smoothing_ = smoothing_of(start_, vertices_.instance, options_.smoothness * finer);
 }

@@ -7,6 +7,7 @@
 
 #include "fit/shape/face_guard.h"
 #include "fit/shape/mesh_smoothing.h"
+#include "fit/shape/vertex_moments.h"
 #include "fit/state/phase.h"
 
 namespace selenite {
@@ -70,13 +71,15 @@ class ShapeDescent final : public Phase {
   ShapeDescentOptions options_;
   Scene start_;
   MovableVertices vertices_;
+  bool
+      with_image_;  ///< lies on the surface: it slides with the vertices, and takes up what normals shade
   MeshSmoothing smoothing_;
   FaceGuard guard_;
   std::array<double, 3> low_{}, high_{};  ///< that no vertex leaves
   double size_ = 0;                       ///< diagonal of the box at the start
 
   VertexMatrix positions_, coordinates_, best_;
-  VertexMatrix mean_, squares_;     ///< moments of the gradient
+  VertexMoments moments_;
   std::vector<double> brightness_;  ///< mean square, of each photo or its first picture
   double share_ = 1;                ///< of a step that is taken
   int done_ = 0;
