@@ -308,25 +308,37 @@ Eigen::VectorXf FieldGaussNewton::leverage(const CellMatrix& jacobian,
 }
 
 /// The trace of that matrix counts the degrees of freedom that texels take from the residuals. These count as in
-/// `variance_of`.
+/// `variance_of`. Few vectors of many texels tell it.
 double FieldGaussNewton::remaining_variance(const CellMatrix& jacobian, const NormalMatrix& normal,
                                             const Eigen::VectorXf& residual) const {
-  Eigen::MatrixXf sides(residual.size(), 1 + options_.probes);
-  sides << residual, signs(residual.size(), options_.probes);
-  const Eigen::MatrixXd seen = jacobian.transposed_times(sides).cast<double>();
-  const Eigen::MatrixXf explained =
-      jacobian.times(normal.solve(seen, options_.probe_tolerance).cast<float>());
-  const auto probed = Eigen::seq(1, Eigen::last);
+  const auto explained = [&](const Eigen::MatrixXf& sides) -> Eigen::MatrixXf {
+    const Eigen::MatrixXd seen = jacobian.transposed_times(sides).cast<double>();
+    return jacobian.times(normal.solve(seen, options_.probe_tolerance).cast<float>());
+  };
   const Eigen::ArrayXd strength = jacobian.squared_rows().cast<double>().array();
-  const Eigen::ArrayXd taken = sides(Eigen::all, probed)
-                                   .cwiseProduct(explained(Eigen::all, probed))
-                                   .cast<double>()
-                                   .rowwise()
-                                   .mean()
-                                   .array();
-  const double left = (strength * ((residual.array() != 0).cast<double>() - taken)).sum();
+  const double all = (strength * (residual.array() != 0).cast<double>()).sum();
+  const Eigen::MatrixXf probes = signs(residual.size(), options_.probes);
+  const auto left_by = [&](const auto& sides, const auto& by_texels) -> Eigen::ArrayXd {
+    return all -
+           (strength.matrix().transpose() * sides.cwiseProduct(by_texels).template cast<double>())
+               .array()
+               .transpose();
+  };
+  const int first = std::min(options_.first_probes, options_.probes);
+  Eigen::MatrixXf sides(residual.size(), 1 + first);
+  sides << residual, probes.leftCols(first);
+  const Eigen::MatrixXf by_texels = explained(sides);
+  Eigen::ArrayXd lefts = left_by(sides.rightCols(first), by_texels.rightCols(first));
+  const double scatter = (lefts - lefts.mean()).square().sum() / std::max(first - 1, 1);
+  if (std::sqrt(scatter / first) > options_.trace_error * std::abs(lefts.mean())) {
+    const int more = options_.probes - first;
+    const Eigen::ArrayXd found = left_by(probes.rightCols(more), explained(probes.rightCols(more)));
+    lefts.conservativeResize(options_.probes);
+    lefts.tail(more) = found;
+  }
+  const double left = lefts.mean();
   const double squares =
-      (strength * (residual - explained.col(0)).cast<double>().array().square()).sum();
+      (strength * (residual - by_texels.col(0)).cast<double>().array().square()).sum();
   // At least that of one cell of their mean strength.
   const double least =
       strength.square().sum() / std::max(strength.sum(), std::numeric_limits<double>::min());

@@ -37,8 +37,11 @@ struct FieldGaussNewtonOptions {
   float least_share = 0.1f;
   int groups = 4;
   int variance_rounds =
-      2;           ///< of the variance of residuals, which depends on the prior's part in them
-  int probes = 8;  ///< random vectors that measure how many residuals texels take up
+      2;  ///< of the variance of residuals, which depends on the prior's part in them
+  /// Random vectors that measure how many residuals texels take up: at first, and where the standard error of
+  /// these is a larger share of what is left.
+  int first_probes = 3, probes = 8;
+  double trace_error = 0.04;
   double probe_tolerance = 1e-2;  ///< of the solutions for them and for the residual beside them
   double most_leverage = 0.9;     ///< share of a residual that texels may take up
   double jacobian_kept =
