@@ -71,9 +71,8 @@ VertexMatrix normals_of(const VertexMatrix& positions,
 /// Of a way along the surface, where an image lies on it: the image slides with the vertices.
 constexpr double kSliding = 0.3;
 
-/// With a share of what goes along the surface; as they are without normals.
+/// With a share of what goes along the surface.
 VertexMatrix slid_less(const VertexMatrix& ways, const VertexMatrix& normals) {
-  if (normals.size() == 0) return ways;
   const Vector outwards = ways.cwiseProduct(normals).rowwise().sum();
   return ways * kSliding + normals.cwiseProduct(outwards.replicate(1, 3)) * (1 - kSliding);
 }
@@ -260,7 +259,8 @@ void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
   const VertexMatrix normals =
       with_image_ ? normals_of(positions_, mesh_of(start_, vertices_.instance).triangles)
                   : VertexMatrix();
-  const VertexMatrix direction = moments_.add(slid_less(gradient, normals), smoothing_);
+  const VertexMatrix direction =
+      moments_.add(with_image_ ? slid_less(gradient, normals) : gradient, smoothing_);
   if (direction.size() == 0) return;
   const double turn = std::cos(std::numbers::pi * done_ / problem_->settings().iterations);
   const double rate = problem_->fields().wanted().front().learning_rate;
@@ -273,7 +273,7 @@ void ShapeDescent::move(const VertexMatrix& gradient, ShapeSteps& steps) {
   bool turned = false, crossed = false;
   for (int i = 0; i <= options_.halvings; ++i, share /= 2) {
     VertexMatrix there = smoothing_.solve(coordinates_ + way * share);
-    there = positions_ + slid_less(there - positions_, normals);
+    if (with_image_) there = positions_ + slid_less(there - positions_, normals);
     for (int axis = 0; axis < 3; ++axis)
       there.col(axis) = there.col(axis)
                             .cwiseMax(low_[static_cast<std::size_t>(axis)])

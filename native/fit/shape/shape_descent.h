@@ -71,8 +71,7 @@ class ShapeDescent final : public Phase {
   ShapeDescentOptions options_;
   Scene start_;
   MovableVertices vertices_;
-  bool
-      with_image_;  ///< lies on the surface: it slides with the vertices, and takes up what normals shade
+  bool with_image_;  ///< lies on the surface, and slides with the vertices
   MeshSmoothing smoothing_;
   FaceGuard guard_;
   std::array<double, 3> low_{}, high_{};  ///< that no vertex leaves

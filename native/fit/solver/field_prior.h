@@ -26,8 +26,8 @@ struct FieldPriorOptions {
   /// Of a texel, as the image holds it, around the mean of its channel, and of the difference between two
   /// neighbours.
   double image_deviation = 0.3, image_difference = 0.15;
-  /// The difference of numbers that act on all channels, such as a roughness or half of a vector, and the
-  /// texels along a side from which more of them hold a mean no more firmly.
+  /// The difference of numbers that act on all channels, such as a roughness or half of a vector. From
+  /// so many texels along a side on, more of them hold a mean no more firmly.
   double number_difference = 0.07, number_side = 64;
   double longest = 0.25;  ///< step of a voxel or texel
   /// Of a pixel of the world's image, in units of itself and the mean that the image starts with.
